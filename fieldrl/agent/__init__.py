@@ -1,0 +1,1 @@
+"""How the robot chooses: agents that learn, and agents to compare them with."""

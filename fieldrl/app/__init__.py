@@ -1,0 +1,1 @@
+"""The command: configuration, tracking, parallel workers, files, terminal."""

@@ -1,0 +1,1 @@
+"""Words that every room shares: samples, domain, parameters, checks, random streams."""

@@ -1,0 +1,52 @@
+"""Compiled functions that are passed between rooms by their address.
+
+numba caches a caller on disk only if what it calls is not part of its type. A forward model or a flow
+therefore hands over the address of a C function, and the estimator's or the vehicle's compiled loop
+calls it: one cached loop serves every model.
+
+Two signatures are in use (all arrays C-ordered float64):
+
+``MODEL``   (theta (p,), positions (n, 2), times (n,), n, constants, prediction (n,), jacobian (n, p))
+``FLOW``    (theta (p,), constants, x, y, t, velocity (2,))
+"""
+
+from __future__ import annotations
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+_POINTER = types.CPointer(types.float64)
+MODEL = types.void(_POINTER, _POINTER, _POINTER, types.int64, _POINTER, _POINTER, _POINTER)
+FLOW = types.void(_POINTER, _POINTER, types.float64, types.float64, types.float64, _POINTER)
+
+
+def _call(builder, signature, args):
+    """Call the C function at the address args[0] with the rest of the arguments."""
+    address, *rest = args
+    function = ir.FunctionType(ir.VoidType(), [value.type for value in rest])
+    builder.call(builder.inttoptr(address, function.as_pointer()), rest)
+
+
+@intrinsic
+def call_model(typing, address, theta, positions, times, n, constants, prediction, jacobian):
+    """Call a MODEL function by address; the array arguments are pointers (``array.ctypes``)."""
+    signature = types.void(types.int64, *MODEL.args)
+
+    def codegen(context, builder, _signature, args):
+        _call(builder, _signature, args)
+        return context.get_dummy_value()
+
+    return signature, codegen
+
+
+@intrinsic
+def call_flow(typing, address, theta, constants, x, y, t, velocity):
+    """Call a FLOW function by address; the array arguments are pointers (``array.ctypes``)."""
+    signature = types.void(types.int64, *FLOW.args)
+
+    def codegen(context, builder, _signature, args):
+        _call(builder, _signature, args)
+        return context.get_dummy_value()
+
+    return signature, codegen

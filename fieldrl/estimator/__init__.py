@@ -1,0 +1,1 @@
+"""What the robot concludes: the fit problem and the methods that solve it."""

@@ -1,0 +1,1 @@
+"""A vehicle in a field: environment, reward, learning, record. No input or output."""
