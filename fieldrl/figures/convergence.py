@@ -1,0 +1,68 @@
+"""Convergence of the fits: best loss so far against the number of forward solves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike, NDArray
+
+from fieldrl.figures import curves, style
+
+_MOST = 200  # single fits that are drawn
+
+
+def has_convergence(record: xr.Dataset) -> bool:
+    """Whether the record holds traces of its fits (only some estimators leave them)."""
+    return "trace_best" in record and bool(np.isfinite(record["trace_best"]).any())
+
+
+def convergence_figure(record: xr.Dataset) -> Figure:
+    """Best loss so far of every fit against its solves, from ``trace_best`` (..., solves), NaN beyond its end."""
+    trace = record["trace_best"]
+    drawing = style.figure(style.COLUMN, 2.6)
+    (axes,) = style.panels(drawing, 1)
+    draw_convergence(axes, trace.values.reshape(-1, trace.shape[-1]))
+    style.label(axes, "Forward solves", style.quantity("Best loss so far", trace.attrs.get("units", "")))
+    style.legend(axes, "upper right")
+    return drawing
+
+
+def draw_convergence(axes: Axes, best: ArrayLike | Sequence[ArrayLike]) -> None:
+    """Each fit, thin, and over all fits the median and interquartile range.
+
+    Args:
+        axes: where to draw.
+        best: for each fit its least loss after 1, 2, ... solves, (fits, k), NaN-padded or of unequal lengths.
+    """
+    best = carried_on(padded(best))
+    solves = np.arange(1, best.shape[1] + 1)
+    chosen = best[np.unique(np.linspace(0, len(best) - 1, min(len(best), _MOST)).astype(int))]
+    fits = [np.column_stack([solves, row]) for row in chosen]
+    axes.add_collection(LineCollection(fits, colors=style.GREY, linewidths=0.4, alpha=0.35, zorder=1))
+    if curves.spans_decades(best):
+        axes.set_yscale("log")
+    curves.draw_band(axes, solves, best, style.BLUE, f"median of {len(best)} fits")
+    style.open_frame(axes)
+    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    axes.autoscale_view()
+
+
+def padded(best: ArrayLike | Sequence[ArrayLike]) -> NDArray[np.float64]:
+    """Rows of unequal lengths as one array, NaN beyond their ends; fits without any value are left out."""
+    rows = [np.asarray(row, dtype=float).ravel() for row in best]  # pyright: ignore[reportGeneralTypeIssues, reportOptionalIterable]
+    rows = [row for row in rows if np.isfinite(row).any()]
+    result = np.full((len(rows), max((row.size for row in rows), default=0)), np.nan)
+    for target, row in zip(result, rows, strict=True):
+        target[: row.size] = row
+    return result
+
+
+def carried_on(best: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Running minimum of each row of ``best`` (fits, k): a fit that has ended keeps its best loss."""
+    return np.fmin.accumulate(best, axis=1)

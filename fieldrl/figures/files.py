@@ -1,0 +1,54 @@
+"""Pictures on disk: whole or not at all, the same bytes for the same record, and a note of what was drawn."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import threading
+from pathlib import Path
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fieldrl.figures import style
+
+
+def save(drawing: Figure, path: Path, record: xr.Dataset) -> Path:
+    """Write the figure as PNG, and beside it a JSON with the key of the run that it shows.
+
+    Args:
+        drawing: the figure.
+        path: where to, ending in .png; its folder exists.
+        record: the record that was drawn.
+
+    Returns:
+        The path.
+    """
+    content = io.BytesIO()
+    drawing.savefig(content, format="png", dpi=style.DPI, metadata={"Software": None})
+    write(path, content.getvalue())
+    note = json.dumps(provenance(path.name, record), indent=2) + "\n"
+    write(path.with_suffix(".json"), note.encode())
+    return path
+
+
+def provenance(name: str, record: xr.Dataset) -> dict[str, object]:
+    """Which picture this is, and of which run."""
+    attrs = record.attrs
+    return {
+        "file": name,
+        "experiment": str(attrs.get("experiment", "")),
+        "keys": [str(attrs["key"])] if "key" in attrs else [],
+        "version": str(attrs.get("version", "")),
+    }
+
+
+def write(path: Path, content: bytes) -> None:
+    """Put ``content`` at ``path``: a reader sees the old file or the new one, never a part."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}")
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
