@@ -1,0 +1,174 @@
+"""The vehicle: a unicycle that drifts with the flow, Eq. (9)-(12).
+
+| symbol | meaning | shape | unit |
+|---|---|---|---|
+| state | x, y, heading phi (counter-clockwise from the x axis) | (3,) | length, length, rad |
+| action | index into the seven rows of Eq. (12) | scalar | - |
+| v_max | greatest forward speed | scalar | length/time |
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fieldrl.core import checks
+from fieldrl.core.domain import Circle, Domain, Rectangle
+from fieldrl.vehicle.motion import advance
+from fieldrl.vehicle.sensor import Sensor
+
+ACTION_NAMES = (
+    "full speed ahead",
+    "half speed ahead",
+    "full speed, turn clockwise",
+    "full speed, turn counter-clockwise",
+    "half speed, turn clockwise",
+    "half speed, turn counter-clockwise",
+    "drift",
+)
+
+
+class Flow(Protocol):
+    """What the vehicle needs of a flow: its compiled velocity (FLOW of fieldrl.core.compiled)."""
+
+    @property
+    def kernel(self) -> int:
+        """Address of the compiled function."""
+        ...
+
+    @property
+    def constants(self) -> NDArray[np.float64]:
+        """Its constants, (k,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Unicycle:
+    """The kinematic model of Eq. (10) with the actions of Eq. (12).
+
+    Within a step the heading turns at the rate turn / time_step until it reaches a limit, where it stays.
+    Position is integrated by classical Runge-Kutta. The vehicle slides along the domain's wall. A move
+    into an obstacle stops at its edge, where the vehicle rests for as long as its velocity points inwards.
+
+    Args:
+        start: where every episode begins, (x, y) [length].
+        heading: heading at the start [rad].
+        max_speed: v_max > 0 [length/time].
+        turn: phi of Eq. (12), the angle turned within one step, in (0, pi] [rad].
+        heading_limits: least and greatest heading, or None: no limits, headings wrap to [-pi, pi] [rad].
+        time_step: how long an action lasts, > 0 [time].
+        substeps: Runge-Kutta steps in a time step, >= 1.
+        sensor: what the vehicle sees.
+    """
+
+    start: Sequence[float] = (20.0, 20.0)
+    heading: float = 0.0
+    max_speed: float = 10.0
+    turn: float = math.pi / 8
+    heading_limits: Sequence[float] | None = (-math.pi / 4, math.pi / 4)
+    time_step: float = 1.0
+    substeps: int = 16
+    sensor: Sensor = Sensor()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", checks.vector("start", self.start, 2, "length"))
+        object.__setattr__(self, "max_speed", checks.positive("max_speed", self.max_speed, "length/time"))
+        object.__setattr__(self, "time_step", checks.positive("time_step", self.time_step, "time"))
+        object.__setattr__(self, "substeps", checks.integer("substeps", self.substeps, 1))
+        if not 0 < checks.number("turn", self.turn, "rad") <= math.pi:
+            raise checks.InvalidValue("turn", self.turn, "must lie in (0, pi]", "rad")
+        if self.heading_limits is not None:
+            limits = checks.interval("heading_limits", self.heading_limits, "rad")
+            object.__setattr__(self, "heading_limits", limits)
+        object.__setattr__(self, "heading", checks.between("heading", self.heading, *self.heading_bounds, "rad"))
+        if not isinstance(self.sensor, Sensor):
+            raise checks.InvalidValue("sensor", self.sensor, "must be a Sensor")
+
+    @property
+    def heading_bounds(self) -> tuple[float, float]:
+        """Least and greatest heading that a state can have: the limits, or (-pi, pi) [rad]."""
+        return (-math.pi, math.pi) if self.heading_limits is None else (self.heading_limits[0], self.heading_limits[1])
+
+    @cached_property
+    def actions(self) -> NDArray[np.float64]:
+        """Rows (speed, angle turned in the step) in the order of Eq. (12), (7, 2) [length/time, rad]."""
+        full, half, turn = self.max_speed, self.max_speed / 2, self.turn
+        rows = [(full, 0.0), (half, 0.0), (full, -turn), (full, turn), (half, -turn), (half, turn), (0.0, 0.0)]
+        return np.array(rows)
+
+    @property
+    def action_names(self) -> tuple[str, ...]:
+        """A few words for each action, (7,)."""
+        return ACTION_NAMES
+
+    def initial(self) -> NDArray[np.float64]:
+        """The state at the start of an episode, (3,) [length, length, rad]."""
+        return np.array([*self.start, self.heading])
+
+    def check_start(self, domain: Domain) -> None:
+        """Raises InvalidValue("start", ...) where the start is not in the water of ``domain``."""
+        if not domain.contains(np.array(self.start)):
+            corners = f"{list(domain.lower)} to {list(domain.upper)}"
+            rule = f"must lie in the domain, {corners}, and outside its {len(domain.obstacles)} obstacles"
+            raise checks.InvalidValue("start", self.start, rule, "length", "move the start or the obstacle")
+
+    def step(
+        self,
+        state: NDArray[np.float64],
+        action: int,
+        time: float,
+        flow: Flow,
+        theta: NDArray[np.float64],
+        domain: Domain,
+    ) -> NDArray[np.float64]:
+        """The state after one time step, Eq. (10).
+
+        Args:
+            state: a state in the water, (3,) [length, length, rad].
+            action: index into ``actions``, 0 to 6; IndexError beyond.
+            time: when the step begins [time].
+            flow: the water's flow.
+            theta: the flow's parameters, (p,).
+            domain: walls and obstacles.
+
+        Returns:
+            A new state in the water, (3,) [length, length, rad].
+        """
+        speed, rate, low, high = self._controls[action]
+        theta = np.ascontiguousarray(theta, dtype=np.float64)
+        span = (float(time), self.time_step, self.substeps)
+        after = advance(
+            state, speed, rate, low, high, *span, flow.kernel, theta, flow.constants, *_obstructions(domain)
+        )
+        if self.heading_limits is None and abs(after[2]) > math.pi:
+            after[2] = math.remainder(after[2], 2 * math.pi)
+        return after
+
+    @cached_property
+    def _controls(self) -> tuple[tuple[float, float, float, float], ...]:
+        """Speed, heading rate and heading limits of every action."""
+        low, high = (-math.inf, math.inf) if self.heading_limits is None else self.heading_bounds
+        return tuple((float(speed), float(turn) / self.time_step, low, high) for speed, turn in self.actions)
+
+
+@lru_cache(maxsize=64)
+def _obstructions(domain: Domain) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Walls (4,), rectangles (k, 4) and circles (k, 3) of a domain, as ``advance`` wants them [length]."""
+    rectangles = [_sides(shape) for shape in domain.obstacles if isinstance(shape, Rectangle)]
+    circles = [(*shape.centre, shape.radius) for shape in domain.obstacles if isinstance(shape, Circle)]
+    return (
+        np.array(_sides(domain)),
+        np.array(rectangles, dtype=float).reshape(-1, 4),
+        np.array(circles, dtype=float).reshape(-1, 3),
+    )
+
+
+def _sides(box: Rectangle | Domain) -> tuple[float, float, float, float]:
+    """x_low, x_high, y_low, y_high [length]."""
+    return box.lower[0], box.upper[0], box.lower[1], box.upper[1]
