@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +22,11 @@ def has_convergence(record: xr.Dataset) -> bool:
 
 
 def convergence_figure(record: xr.Dataset) -> Figure:
-    """Best loss so far of every fit against its solves, from ``trace_best`` (..., solves), NaN beyond its end."""
+    """Best loss so far of every fit against its solves.
+
+    Args:
+        record: holds ``trace_best`` (..., solves), NaN beyond the end of a fit.
+    """
     trace = record["trace_best"]
     drawing = style.figure(style.COLUMN, 2.6)
     (axes,) = style.panels(drawing, 1)
@@ -43,14 +46,12 @@ def draw_convergence(axes: Axes, best: ArrayLike | Sequence[ArrayLike]) -> None:
     best = carried_on(padded(best))
     solves = np.arange(1, best.shape[1] + 1)
     chosen = best[np.unique(np.linspace(0, len(best) - 1, min(len(best), _MOST)).astype(int))]
-    fits = [np.column_stack([solves, row]) for row in chosen]
-    axes.add_collection(LineCollection(fits, colors=style.GREY, linewidths=0.4, alpha=0.35, zorder=1))
     if curves.spans_decades(best):
-        axes.set_yscale("log")
-    curves.draw_band(axes, solves, best, style.BLUE, f"median of {len(best)} fits")
+        style.logarithmic(axes)
+    axes.plot(solves, chosen.T, drawstyle="steps-post", color=style.GREY, linewidth=0.4, alpha=0.35, zorder=1)
+    curves.draw_band(axes, solves, best, f"median of {len(best)} fits", steps=True)
     style.open_frame(axes)
-    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-    axes.autoscale_view()
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=True))
 
 
 def padded(best: ArrayLike | Sequence[ArrayLike]) -> NDArray[np.float64]:

@@ -6,18 +6,21 @@ Everything skips what is not finite, without a warning.
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
+
+from fieldrl.figures import style
 
 _DECADES = 1.5  # a wider range of values needs a logarithmic scale
 
 
 def rolling_mean(values: ArrayLike, window: int) -> NDArray[np.float64]:
-    """Mean of each value and the ``window`` - 1 before it (of fewer at the beginning), along the last axis.
+    """Mean over the ``window`` values around each, along the last axis; over fewer at both ends.
 
     Args:
         values: (..., n).
-        window: >= 1.
+        window: odd, >= 1.
 
     Returns:
         (..., n); NaN where the window holds no finite value.
@@ -47,24 +50,29 @@ def spans_decades(values: ArrayLike) -> bool:
     return bool(values.size and np.log10(values.max() / values.min()) > _DECADES)
 
 
-def draw_band(axes: Axes, x: NDArray, values: NDArray, colour: str, name: str) -> None:
+def episode_numbers(record: xr.Dataset) -> NDArray:
+    """The number of every episode, (episodes,): its coordinate, else counted from 1."""
+    counted = np.arange(1, record.sizes["episode"] + 1)
+    return record["episode"].values if "episode" in record.coords else counted
+
+
+def draw_band(axes: Axes, x: NDArray, values: NDArray, name: str, *, steps: bool = False) -> None:
     """Median (line) and interquartile range (band) over the first axis of ``values`` (r, n)."""
     low, median, high = quartiles(values)
-    axes.fill_between(
-        x, low, high, color=colour, alpha=0.25, linewidth=0, label="interquartile range", zorder=2
-    )
-    axes.plot(x, median, color=colour, linewidth=1.3, label=name, zorder=3, marker=_marker(x), markersize=3)
+    look = {"color": style.BLUE, "linewidth": 1.3, "marker": "" if steps else _marker(x), "markersize": 3}
+    axes.plot(x, median, drawstyle="steps-post" if steps else "default", label=name, zorder=3, **look)
+    band = {"color": style.BLUE, "alpha": 0.22, "linewidth": 0, "step": "post" if steps else None}
+    axes.fill_between(x, low, high, label="interquartile range", zorder=2, **band)
 
 
-def draw_smoothed(axes: Axes, x: NDArray, values: NDArray, window: int, colour: str) -> None:
+def draw_smoothed(axes: Axes, x: NDArray, values: NDArray, window: int) -> None:
     """One series (n,): each value, thin, and its rolling mean."""
     if window == 1:
-        axes.plot(x, values, color=colour, linewidth=1.1, marker=_marker(x), markersize=3, zorder=3)
+        axes.plot(x, values, color=style.BLUE, linewidth=1.1, marker=_marker(x), markersize=3, zorder=3)
         return
-    axes.plot(x, values, color=colour, linewidth=0.5, alpha=0.4, label="each episode", zorder=2)
-    axes.plot(
-        x, rolling_mean(values, window), color=colour, linewidth=1.5, label=f"mean of {window}", zorder=3
-    )
+    axes.plot(x, values, color=style.BLUE, linewidth=0.5, alpha=0.4, label="each episode", zorder=2)
+    mean = rolling_mean(values, window)
+    axes.plot(x, mean, color=style.BLUE, linewidth=1.5, label=f"rolling mean of {window}", zorder=3)
 
 
 def _marker(x: NDArray) -> str:
@@ -72,7 +80,8 @@ def _marker(x: NDArray) -> str:
 
 
 def _windowed_sum(values: NDArray, window: int) -> NDArray:
-    total = np.cumsum(values, axis=-1)
-    before = np.zeros_like(total)
-    before[..., window:] = total[..., :-window]
-    return total - before
+    """Sum over window // 2 neighbours on each side and the value itself, along the last axis."""
+    n, half = values.shape[-1], window // 2
+    total = np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(values, axis=-1)], axis=-1)
+    i = np.arange(n)
+    return total[..., np.minimum(i + half + 1, n)] - total[..., np.maximum(i - half, 0)]

@@ -1,13 +1,14 @@
-"""True field, estimated field and their difference at the final time (after the paper's figure 4D)."""
+"""True field, estimated field and their difference at the final time (after figure 4D)."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from fieldrl.figures import maps, style
+from fieldrl.figures import curves, maps, style
 
 
 def field_error_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
@@ -20,21 +21,38 @@ def field_error_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
         replicate: its index.
     """
     true, estimate = record["field_true"], record["field_estimate"].isel(replicate=replicate)
-    drawing = style.figure(*maps.size(record, 3), layout="compressed")
+    drawing = style.figure(*maps.size(record, 3, beside=2.2, above=0.6), layout="compressed")
     row = style.panels(drawing, 3, shared=True)
     for axes in row:
         maps.prepare(axes, record, first=axes is row[0])
-    norm = Normalize(*maps.value_range(true, estimate))
-    image = maps.draw_field(row[0], true, norm)
-    maps.draw_field(row[1], estimate, norm)
-    difference = estimate - true
-    change = maps.draw_field(row[2], difference, symmetric(difference), style.DIVERGING)
-    unit = record.attrs.get("field_unit", "field unit")
-    style.colour_bar(drawing, image, row[:2], style.quantity(maps.at_final_time(record), unit))
-    style.colour_bar(drawing, change, row[2:], style.quantity("Difference", unit))
-    for axes, text in zip(row, ("True", "Estimated", f"Estimated $-$ true{_size(difference)}"), strict=True):
-        style.title(axes, text)
+    draw_true_and_estimate(row[0], row[1], record, replicate)
+    draw_difference(row[2], estimate - true, record.attrs.get("field_unit", "field unit"))
     return drawing
+
+
+def draw_true_and_estimate(left: Axes, right: Axes, record: xr.Dataset, replicate: int) -> None:
+    """The two fields on one scale, its colour bar at the right; the samples on the estimate."""
+    true, estimate = record["field_true"], record["field_estimate"].isel(replicate=replicate)
+    norm = Normalize(*maps.value_range(true, estimate))
+    maps.draw_field(left, true, norm)
+    image = maps.draw_field(right, estimate, norm)
+    best = int(record["best_episode"].isel(replicate=replicate))
+    samples = record["position"].isel(replicate=replicate, episode=best).transpose("step", "axis")
+    maps.draw_samples(right, samples.values)
+    unit = record.attrs.get("field_unit", "field unit")
+    style.colour_bar(image, right, style.quantity(maps.at_final_time(record), unit))
+    style.title(left, "True")
+    style.title(right, f"Estimated, episode {curves.episode_numbers(record)[best]}")
+
+
+def draw_difference(axes: Axes, difference: xr.DataArray, unit: str) -> None:
+    """A difference of two fields (x, y), its colour bar at the right, its size in the title."""
+    image = maps.draw_field(axes, difference, symmetric(difference), style.DIVERGING)
+    style.colour_bar(image, axes, style.quantity("Difference", unit))
+    rms = float(np.sqrt((difference**2).mean()))
+    style.title(
+        axes, f"Estimated \u2212 true, rms {rms:.2g}" if np.isfinite(rms) else "Estimated \u2212 true"
+    )
 
 
 def symmetric(difference: xr.DataArray) -> Normalize:
@@ -42,9 +60,3 @@ def symmetric(difference: xr.DataArray) -> Normalize:
     low, high = maps.value_range(difference, xr.zeros_like(difference))
     reach = max(abs(low), abs(high))
     return Normalize(-reach, reach)
-
-
-def _size(difference: xr.DataArray) -> str:
-    """The root-mean-square difference, as part of a title."""
-    rms = float(np.sqrt((difference**2).mean()))
-    return f" (rms {rms:.2g})" if np.isfinite(rms) else ""

@@ -1,4 +1,4 @@
-"""Learning curve: return and total error of every episode (after the paper's figure 3)."""
+"""Learning curve: return and total error of every episode (after figure 3)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fieldrl.figures import curves, style
 
-_LONGEST = 50  # episodes in the longest rolling mean
+_LONGEST = 51  # episodes in the longest rolling mean
 
 
 def learning_curve_figure(record: xr.Dataset) -> Figure:
@@ -20,63 +20,54 @@ def learning_curve_figure(record: xr.Dataset) -> Figure:
     One replicate: each episode, thin, and the rolling mean. Several: the median and the interquartile range,
     over the replicates, of the rolling means.
     """
-    drawing = style.figure(style.PAGE, 2.6)
+    drawing = style.figure(style.PAGE, 2.5)
     left, right = style.panels(drawing, 2)
     draw_return(left, record)
     draw_total_error(right, record)
-    style.legend(right, "upper right")
+    if right.get_legend_handles_labels()[0]:
+        style.legend(right, "upper right")
     return drawing
 
 
 def draw_return(axes: Axes, record: xr.Dataset) -> None:
     """Return of every episode."""
-    returns = record["return"].transpose("replicate", "episode").values
-    _draw(axes, record, returns, style.BLUE)
+    _draw(axes, record, record["return"].transpose("replicate", "episode").values)
     style.label(axes, "Episode", style.quantity("Return", record["return"].attrs.get("units", "")))
 
 
 def draw_total_error(axes: Axes, record: xr.Dataset) -> None:
     """Total error of every episode and, where the noise is known, its expectation 2 sigma^2."""
     errors = record["e_total"].isel(step=-1).transpose("replicate", "episode").values
-    logarithmic = curves.spans_decades(errors)
-    if logarithmic:
-        axes.set_yscale("log")
+    if curves.spans_decades(errors):
+        style.logarithmic(axes)
         errors = np.where(errors > 0, errors, np.nan)
-    _draw(axes, record, errors, style.VERMILLION)
+    _draw(axes, record, errors)
     draw_expectation(axes, float(record.attrs.get("noise", 0.0)))
-    name = "Total error $e_{\\mathrm{total}}$"
+    name = f"Total error {style.E_TOTAL}"
     style.label(axes, "Episode", style.quantity(name, record["e_total"].attrs.get("units", "")))
 
 
 def draw_expectation(axes: Axes, noise: float) -> None:
     """What e_f + e_cv comes to if theta is known exactly: 2 sigma^2 (nothing without noise)."""
     if noise > 0:
-        text = f"expected, $2\\sigma^2 = {2 * noise**2:.3g}$"
-        axes.axhline(
-            2 * noise**2, color=style.INK, linewidth=0.9, linestyle=(0, (4, 2)), label=text, zorder=4
-        )
+        text = f"expected, $2\\sigma^2$ = {2 * noise**2:.3g}"
+        look = {"color": style.VERMILLION, "linewidth": 1.0, "linestyle": (0, (4, 2)), "zorder": 4}
+        axes.axhline(2 * noise**2, label=text, **look)
 
 
 def window(episodes: int) -> int:
-    """Length of the rolling mean: a tenth of the run, at most 50 episodes."""
-    return max(1, min(_LONGEST, episodes // 10))
+    """Length of the rolling mean: the odd number next to a tenth of the run, at most 51 episodes."""
+    return min(_LONGEST, 2 * (episodes // 20) + 1)
 
 
-def _draw(axes: Axes, record: xr.Dataset, values: NDArray, colour: str) -> None:
-    """A series for each replicate, ``values`` (replicates, episodes), on dressed axes."""
-    episodes, length = numbers(record), window(values.shape[1])
-    if values.shape[0] == 1:
-        curves.draw_smoothed(axes, episodes, values[0], length, colour)
+def _draw(axes: Axes, record: xr.Dataset, values: NDArray) -> None:
+    """The replicates' series, ``values`` (replicates, episodes)."""
+    replicates, length = len(values), window(values.shape[1])
+    if replicates == 1:
+        curves.draw_smoothed(axes, curves.episode_numbers(record), values[0], length)
     else:
-        name = f"median of {values.shape[0]} replicates" + (f", mean of {length}" if length > 1 else "")
-        curves.draw_band(axes, episodes, curves.rolling_mean(values, length), colour, name)
+        name = f"median of {replicates} replicates" + (f", rolling mean of {length}" if length > 1 else "")
+        curves.draw_band(axes, curves.episode_numbers(record), curves.rolling_mean(values, length), name)
     style.open_frame(axes)
-    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=True))
     axes.margins(x=0.02)
-
-
-def numbers(record: xr.Dataset) -> NDArray:
-    """The number of every episode: its coordinate, else counted from 1."""
-    return (
-        record["episode"].values if "episode" in record.coords else np.arange(1, record.sizes["episode"] + 1)
-    )

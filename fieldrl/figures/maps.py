@@ -20,12 +20,18 @@ LEVELS = 8  # about as many level sets as are drawn
 _FINEST = 256  # cells a side beyond which a level set gains nothing at column width
 
 
-def size(record: xr.Dataset, panels: int) -> tuple[float, float]:
-    """Width and height of a row of maps with their labels [inch]."""
+def size(record: xr.Dataset, panels: int, beside: float, above: float) -> tuple[float, float]:
+    """Width and height of a row of maps [inch].
+
+    Args:
+        record: tells the shape of the domain.
+        panels: how many maps.
+        beside: width of all labels and colour bars.
+        above: height of titles and labels.
+    """
     width, height = np.subtract(record.attrs["domain_upper"], record.attrs["domain_lower"])
     page = style.PAGE if panels > 1 else style.COLUMN
-    breadth = (page - 1.2) / panels
-    return page, float(np.clip(breadth * height / width, 0.8, 7.0)) + 0.85
+    return page, float(np.clip((page - beside) / panels * height / width, 0.8, 7.0)) + above
 
 
 def prepare(axes: Axes, record: xr.Dataset, *, first: bool = True) -> None:
@@ -49,57 +55,55 @@ def obstacles(record: xr.Dataset) -> list[Patch]:
 
 def draw_field(axes: Axes, field: xr.DataArray, norm: Normalize, colours=style.SEQUENTIAL) -> AxesImage:
     """A field (x, y) given at cell centres, each cell as a patch of colour."""
-    return axes.imshow(
-        field.transpose("y", "x").values,
-        origin="lower",
-        extent=_extent(field),
-        norm=norm,
-        cmap=colours,
-        zorder=0,
-    )
+    values = field.transpose("y", "x").values
+    return axes.imshow(values, origin="lower", extent=_extent(field), norm=norm, cmap=colours, zorder=0)
 
 
-def draw_level_sets(
-    axes: Axes, field: xr.DataArray, levels: NDArray, norm: Normalize
-) -> QuadContourSet | None:
-    """The level sets of a field (x, y); None where there is none (a constant field)."""
-    if not levels.size:
+def draw_level_sets(axes: Axes, field: xr.DataArray, norm: Normalize) -> QuadContourSet | None:
+    """Level sets of a field (x, y) over pale fills; returns the fills, None for a constant field."""
+    at = levels(field)
+    if not at.size:
         return None
     field = field.isel(x=_thinned(field.x.size), y=_thinned(field.y.size)).transpose("y", "x")
     where = (field.x.values, field.y.values, np.ma.masked_invalid(field.values))
-    axes.contourf(*where, levels=levels, norm=norm, cmap=style.SEQUENTIAL, alpha=0.3, extend="max", zorder=0)
-    return axes.contour(*where, levels=levels, norm=norm, cmap=style.SEQUENTIAL, linewidths=0.8, zorder=1)
+    axes.contour(*where, levels=at, norm=norm, cmap=style.LEVEL_LINES, linewidths=0.7, zorder=1)
+    return axes.contourf(*where, levels=at, norm=norm, cmap=style.LEVEL_FILLS, extend="max", zorder=0)
 
 
 def draw_path(axes: Axes, start: NDArray, positions: NDArray) -> None:
     """A path from ``start`` (2,) through the ``positions`` (steps, 2) of its samples."""
     x, y = np.vstack([start, positions]).T
-    axes.plot(x, y, color=style.INK, linewidth=0.9, zorder=4, solid_joinstyle="round")
-    dots = {
-        "markersize": 3.4,
-        "markeredgecolor": "white",
-        "markeredgewidth": 0.5,
-        "zorder": 5,
-        "clip_on": False,
-    }
-    axes.plot(x[1:], y[1:], "o", color=style.INK, label="sample", **dots)
+    axes.plot(x, y, color="white", linewidth=2.2, zorder=4)
+    axes.plot(x, y, color=style.INK, linewidth=0.9, zorder=5)
+    draw_samples(axes, positions)
+    edge = {"markeredgecolor": "white", "markeredgewidth": 0.6}
     axes.plot(
-        x[:1], y[:1], "D", color=style.VERMILLION, label="start", **dots | {"markersize": 5.0, "zorder": 6}
+        *start, "D", color=style.VERMILLION, markersize=5, label="start", clip_on=False, zorder=7, **edge
     )
 
 
+def draw_samples(axes: Axes, positions: NDArray) -> None:
+    """A dot at each of the ``positions`` (steps, 2)."""
+    look = {"color": style.INK, "markersize": 2.6, "markeredgewidth": 0}
+    axes.plot(*positions.T, "o", label="sample", clip_on=False, zorder=6, **look)
+
+
 def levels(field: xr.DataArray, count: int = LEVELS) -> NDArray[np.float64]:
-    """About ``count`` round values strictly inside the range of ``field``, (k,); none for a constant field."""
-    low, high = value_range(field)
-    ticks = MaxNLocator(count).tick_values(low, high)
-    finite = np.asarray(field)[np.isfinite(field)]
-    if not finite.size:
+    """About ``count`` round values well inside the range of ``field``, (k,); none for a constant field.
+
+    Values within 2 % of the range from its ends are left out: there, level sets show only rounding.
+    """
+    values = np.asarray(field)
+    values = values[np.isfinite(values)]
+    if not values.size or np.ptp(values) <= 1e-9 * np.abs(values).max():
         return np.empty(0)
-    return ticks[(ticks > finite.min()) & (ticks < finite.max())]
+    low, high, margin = values.min(), values.max(), 0.02 * np.ptp(values)
+    ticks = MaxNLocator(count).tick_values(low, high)
+    return ticks[(ticks > low + margin) & (ticks < high - margin)]
 
 
 def value_range(*fields: xr.DataArray) -> tuple[float, float]:
-    """Least and greatest finite value of all fields; they differ by at least a little, so that a scale exists."""
+    """Least and greatest finite value of all fields; they always differ, so that a scale exists."""
     values = np.concatenate([np.ravel(field) for field in fields])
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
@@ -109,7 +113,7 @@ def value_range(*fields: xr.DataArray) -> tuple[float, float]:
 def at_final_time(record: xr.Dataset) -> str:
     """``f(x, t = T)``, T the time of the last sample."""
     final = float(record["time"].max()) if record["time"].size else 0.0
-    return f"$f(\\mathbf{{x}},\\,t = {final:.4g})$"
+    return f"$f(\\mathbf{{x}},\\, t$ = {final:.4g})"
 
 
 def _patch(obstacle: dict) -> Patch:

@@ -1,4 +1,4 @@
-"""Paths of the vehicle over the level sets of the true field at the final time (after the paper's figure 4)."""
+"""Paths of the vehicle over the level sets of the true field at the final time, after figure 4."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 
-from fieldrl.figures import maps, style
+from fieldrl.figures import curves, maps, style
 
 
 def path_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
@@ -19,24 +20,23 @@ def path_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
         replicate: its index.
     """
     episodes = notable_episodes(record, replicate)
-    drawing = style.figure(*maps.size(record, len(episodes)), layout="compressed")
-    norm = Normalize(*maps.value_range(record["field_true"]))
+    drawing = style.figure(*maps.size(record, len(episodes), beside=1.35, above=0.75), layout="compressed")
     row = style.panels(drawing, len(episodes), shared=True)
     for axes, (episode, role) in zip(row, episodes.items(), strict=True):
         maps.prepare(axes, record, first=axes is row[0])
-        level_sets = draw_episode(axes, record, episode, replicate, norm)
+        level_sets = draw_episode(axes, record, episode, replicate)
         style.title(axes, f"{role}\n{_score(record, episode, replicate)}")
-    style.legend(row[0])
+    style.legend_above(drawing, row[0])
     if level_sets is not None:
         text = style.quantity(maps.at_final_time(record), record.attrs.get("field_unit", "field unit"))
-        style.colour_bar(drawing, level_sets, row, text)
+        style.colour_bar(level_sets, row[-1], text)
     return drawing
 
 
-def draw_episode(axes: Axes, record: xr.Dataset, episode: int, replicate: int, norm: Normalize):
+def draw_episode(axes: Axes, record: xr.Dataset, episode: int, replicate: int) -> QuadContourSet | None:
     """One episode's path over the level sets of the true field; returns the level sets, or None."""
     field = record["field_true"]
-    level_sets = maps.draw_level_sets(axes, field, maps.levels(field), norm)
+    level_sets = maps.draw_level_sets(axes, field, Normalize(*maps.value_range(field)))
     positions = record["position"].isel(replicate=replicate, episode=episode).transpose("step", "axis")
     maps.draw_path(axes, record["start"].values, positions.values)
     return level_sets
@@ -46,21 +46,13 @@ def notable_episodes(record: xr.Dataset, replicate: int = 0) -> dict[int, str]:
     """Index and title of the first, the best and the last episode, in order of time; equal ones are one."""
     best = int(record["best_episode"].isel(replicate=replicate))
     roles: dict[int, list[str]] = {}
-    for episode, role in sorted([(0, "first"), (best, "best"), (record.sizes["episode"] - 1, "last")]):
+    for episode, role in ((0, "first"), (best, "best"), (record.sizes["episode"] - 1, "last")):
         roles.setdefault(episode, []).append(role)
-    return {
-        episode: f"Episode {number(record, episode)} ({', '.join(names)})" for episode, names in roles.items()
-    }
-
-
-def number(record: xr.Dataset, episode: int) -> int:
-    """The number by which people know the episode: its coordinate, else counted from 1."""
-    return int(record["episode"][episode]) if "episode" in record.coords else episode + 1
+    numbers = curves.episode_numbers(record)
+    return {episode: f"Episode {numbers[episode]} ({', '.join(names)})" for episode, names in roles.items()}
 
 
 def _score(record: xr.Dataset, episode: int, replicate: int) -> str:
     """The episode's total error, Eq. 7, after its last sample."""
     error = float(record["e_total"].isel(replicate=replicate, episode=episode, step=-1))
-    return (
-        f"$e_{{\\mathrm{{total}}}} = {error:.3g}$" if np.isfinite(error) else "$e_{\\mathrm{total}}$ unknown"
-    )
+    return f"{style.E_TOTAL} = {error:.3g}" if np.isfinite(error) else f"{style.E_TOTAL} unknown"

@@ -7,19 +7,22 @@ are colour-blind, and in grey.
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
-from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 with warnings.catch_warnings():  # cmocean 4 calls matplotlib 3.11 in a way that 3.13 will refuse
     warnings.simplefilter("ignore", DeprecationWarning)
-    from cmocean import cm
+    from cmocean.cm import cmap_d as _MAPS
 
 COLUMN = 3.5  # width of one column [inch]
 PAGE = 7.2  # width of two columns [inch]
@@ -27,16 +30,21 @@ DPI = 150
 TEXT, SMALL = 8.0, 7.0  # type sizes [point]
 INK, GREY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
 BLUE, VERMILLION = "#0072B2", "#D55E00"
-DIVERGING: Colormap = cm.balance
+E_TOTAL = "$e_{\\mathrm{total}}$"
+_LEGEND: dict[str, Any] = {"fontsize": SMALL, "labelcolor": INK, "handlelength": 1.6, "borderaxespad": 0.2}
 _DIMENSIONLESS = ("", "1", "dimensionless")
 
 
-def _sequential() -> Colormap:
-    """cmocean's matter without its darkest fifth, on which ink would be lost."""
-    return LinearSegmentedColormap.from_list("matter_light", cm.matter([i / 255 * 0.82 for i in range(256)]))
+def _blend(colours: Colormap, name: str, darkest: float, white: float) -> Colormap:
+    """``colours`` up to the share ``darkest``, mixed with ``white``, so that ink stays legible on it."""
+    rgb = colours(np.linspace(0.0, darkest, 256))[:, :3]
+    return LinearSegmentedColormap.from_list(name, (1 - white) * rgb + white)
 
 
-SEQUENTIAL: Colormap = _sequential()
+SEQUENTIAL: Colormap = _blend(_MAPS["dense"], "field", 0.85, 0.0)
+LEVEL_LINES: Colormap = _blend(_MAPS["dense"], "level_lines", 0.9, 0.0)
+LEVEL_FILLS: Colormap = _blend(_MAPS["dense"], "level_fills", 0.9, 0.55)
+DIVERGING: Colormap = _MAPS["balance"]
 
 
 def figure(width: float, height: float, layout: str = "constrained") -> Figure:
@@ -79,18 +87,40 @@ def title(axes: Axes, text: str) -> None:
     axes.set_title(text, fontsize=TEXT, color=INK, loc="left", pad=4, linespacing=1.25)
 
 
-def legend(axes: Axes, location: str = "best") -> None:
-    """A frameless legend of the labelled artists."""
-    handles = axes.legend(
-        loc=location, fontsize=SMALL, frameon=False, labelcolor=INK, handlelength=1.6, borderaxespad=0.2
-    )
-    handles.set_zorder(10)
+def legend(axes: Axes, location: Any = "best") -> None:
+    """A frameless legend of the labelled artists, inside the axes."""
+    axes.legend(loc=location, frameon=False, **_LEGEND).set_zorder(10)
 
 
-def colour_bar(drawing: Figure, mappable, beside: Sequence[Axes], text: str) -> Colorbar:
-    """A slim colour bar at the right of the axes, labelled with quantity and unit."""
-    bar = drawing.colorbar(mappable, ax=list(beside), aspect=18, pad=0.02, fraction=0.05)
-    bar.ax.tick_params(labelsize=SMALL, width=0.6, length=2.5, color=INK, labelcolor=INK, pad=2)
+def legend_above(drawing: Figure, axes: Axes) -> None:
+    """A legend of the labelled artists of ``axes`` in one row, at the figure's upper right corner."""
+    handles, names = axes.get_legend_handles_labels()
+    look = _LEGEND | {"handlelength": 0.8, "columnspacing": 1.0}
+    drawing.legend(handles, names, loc="upper right", ncols=len(names), frameon=False, **look)
+
+
+def logarithmic(axes: Axes) -> None:
+    """A logarithmic y axis with ticks at 1, 2 and 5 that read as plain numbers."""
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def plain(value: float) -> str:
+    """``value`` as people write it: 0.02, 500, and powers of ten beyond."""
+    if 1e-3 <= value < 1e5:
+        return f"{value:g}"
+    exponent = math.floor(math.log10(value) + 1e-9)
+    factor = round(value / 10.0**exponent)
+    return f"$10^{{{exponent}}}$" if factor == 1 else f"{factor}$\\times 10^{{{exponent}}}$"
+
+
+def colour_bar(mappable, axes: Axes, text: str) -> Colorbar:
+    """A slim colour bar as tall as ``axes``, at its right, labelled with quantity and unit."""
+    bar = axes.figure.colorbar(mappable, cax=axes.inset_axes((1.04, 0.0, 0.045, 1.0)))
+    bar.ax.tick_params(which="both", labelsize=SMALL, width=0.6, length=2.5, color=INK, labelcolor=INK, pad=2)
+    bar.ax.minorticks_off()
     bar.outline.set_linewidth(0.6)  # pyright: ignore[reportCallIssue, reportAttributeAccessIssue]
     bar.set_label(text, fontsize=TEXT, color=INK)
     return bar
