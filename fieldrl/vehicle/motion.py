@@ -28,7 +28,20 @@ _SLIVER = 1e-12
 
 @njit(cache=True)
 def advance(
-    state, speed, rate, low, high, time, duration, substeps, kernel, theta, constants, walls, rectangles, circles
+    state,
+    speed,
+    rate,
+    low,
+    high,
+    time,
+    duration,
+    substeps,
+    kernel,
+    theta,
+    constants,
+    walls,
+    rectangles,
+    circles,
 ):
     """The state (3,) at the end of a step of ``duration`` [time] that begins at ``time``.
 
@@ -97,11 +110,11 @@ def _runge_kutta(x, y, heading, speed, rate, t, h, water, velocity):
 
 
 @njit(cache=True)
-def _velocity(x, y, heading, speed, t, water, velocity):
+def _velocity(x, y, heading, speed, t, water, velocity) -> tuple[float, float]:
     """Right-hand side of Eq. (10) for x and y; the flow is asked within the walls only."""
     kernel, theta, constants, walls, _, _ = water
     x, y = _inside_walls(x, y, walls)
-    call_flow(kernel, theta.ctypes, constants.ctypes, x, y, t, velocity.ctypes)
+    call_flow(kernel, theta.ctypes, constants.ctypes, x, y, t, velocity.ctypes)  # pyright: ignore[reportCallIssue]
     return speed * math.cos(heading) + velocity[0], speed * math.sin(heading) + velocity[1]
 
 

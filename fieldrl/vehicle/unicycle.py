@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Protocol
 
@@ -73,8 +73,8 @@ class Unicycle:
     turn: float = math.pi / 8
     heading_limits: Sequence[float] | None = (-math.pi / 4, math.pi / 4)
     time_step: float = 1.0
-    substeps: int = 16
-    sensor: Sensor = Sensor()
+    substeps: int = 20
+    sensor: Sensor = field(default_factory=Sensor)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "start", checks.vector("start", self.start, 2, "length"))
@@ -86,20 +86,34 @@ class Unicycle:
         if self.heading_limits is not None:
             limits = checks.interval("heading_limits", self.heading_limits, "rad")
             object.__setattr__(self, "heading_limits", limits)
-        object.__setattr__(self, "heading", checks.between("heading", self.heading, *self.heading_bounds, "rad"))
+        object.__setattr__(
+            self, "heading", checks.between("heading", self.heading, *self.heading_bounds, "rad")
+        )
         if not isinstance(self.sensor, Sensor):
             raise checks.InvalidValue("sensor", self.sensor, "must be a Sensor")
 
     @property
     def heading_bounds(self) -> tuple[float, float]:
         """Least and greatest heading that a state can have: the limits, or (-pi, pi) [rad]."""
-        return (-math.pi, math.pi) if self.heading_limits is None else (self.heading_limits[0], self.heading_limits[1])
+        return (
+            (-math.pi, math.pi)
+            if self.heading_limits is None
+            else (self.heading_limits[0], self.heading_limits[1])
+        )
 
     @cached_property
     def actions(self) -> NDArray[np.float64]:
         """Rows (speed, angle turned in the step) in the order of Eq. (12), (7, 2) [length/time, rad]."""
         full, half, turn = self.max_speed, self.max_speed / 2, self.turn
-        rows = [(full, 0.0), (half, 0.0), (full, -turn), (full, turn), (half, -turn), (half, turn), (0.0, 0.0)]
+        rows = [
+            (full, 0.0),
+            (half, 0.0),
+            (full, -turn),
+            (full, turn),
+            (half, -turn),
+            (half, turn),
+            (0.0, 0.0),
+        ]
         return np.array(rows)
 
     @property
