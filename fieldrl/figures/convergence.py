@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
 from fieldrl.figures import curves, style
@@ -46,12 +45,13 @@ def draw_convergence(axes: Axes, best: ArrayLike | Sequence[ArrayLike]) -> None:
     best = carried_on(padded(best))
     solves = np.arange(1, best.shape[1] + 1)
     chosen = best[np.unique(np.linspace(0, len(best) - 1, min(len(best), _MOST)).astype(int))]
-    if curves.spans_decades(best):
-        style.logarithmic(axes)
+    decades = curves.decades(best)
+    if decades > curves.DECADES:
+        style.logarithmic(axes, decades)
     axes.plot(solves, chosen.T, drawstyle="steps-post", color=style.GREY, linewidth=0.4, alpha=0.35, zorder=1)
     curves.draw_band(axes, solves, best, f"median of {len(best)} fits", steps=True)
     style.open_frame(axes)
-    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=True))
+    style.count_along_x(axes)
 
 
 def padded(best: ArrayLike | Sequence[ArrayLike]) -> NDArray[np.float64]:

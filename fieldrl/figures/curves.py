@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fieldrl.figures import style
 
-_DECADES = 1.5  # a wider range of values needs a logarithmic scale
+DECADES = 1.5  # a wider range of values needs a logarithmic scale
 
 
 def rolling_mean(values: ArrayLike, window: int) -> NDArray[np.float64]:
@@ -43,11 +43,11 @@ def quartiles(values: ArrayLike) -> NDArray[np.float64]:
     return result
 
 
-def spans_decades(values: ArrayLike) -> bool:
-    """Whether the positive values spread so widely that only a logarithmic scale shows them."""
+def decades(values: ArrayLike) -> float:
+    """How many powers of ten lie between the least and the greatest positive value; 0 where there is none."""
     values = np.asarray(values, dtype=float)
     values = values[np.isfinite(values) & (values > 0)]
-    return bool(values.size and np.log10(values.max() / values.min()) > _DECADES)
+    return float(np.log10(values.max() / values.min())) if values.size else 0.0
 
 
 def episode_numbers(record: xr.Dataset) -> NDArray:

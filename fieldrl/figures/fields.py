@@ -26,7 +26,7 @@ def field_error_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
     for axes in row:
         maps.prepare(axes, record, first=axes is row[0])
     draw_true_and_estimate(row[0], row[1], record, replicate)
-    draw_difference(row[2], estimate - true, record.attrs.get("field_unit", "field unit"))
+    draw_difference(row[2], estimate - true, maps.bar_label(record, "Difference"))
     return drawing
 
 
@@ -39,16 +39,15 @@ def draw_true_and_estimate(left: Axes, right: Axes, record: xr.Dataset, replicat
     best = int(record["best_episode"].isel(replicate=replicate))
     samples = record["position"].isel(replicate=replicate, episode=best).transpose("step", "axis")
     maps.draw_samples(right, samples.values)
-    unit = record.attrs.get("field_unit", "field unit")
-    style.colour_bar(image, right, style.quantity(maps.at_final_time(record), unit))
+    style.colour_bar(image, right, maps.bar_label(record, maps.at_final_time(record)))
     style.title(left, "True")
     style.title(right, f"Estimated, episode {curves.episode_numbers(record)[best]}")
 
 
-def draw_difference(axes: Axes, difference: xr.DataArray, unit: str) -> None:
-    """A difference of two fields (x, y), its colour bar at the right, its size in the title."""
+def draw_difference(axes: Axes, difference: xr.DataArray, text: str) -> None:
+    """A difference of two fields (x, y), its bar labelled ``text``, its size in the title."""
     image = maps.draw_field(axes, difference, symmetric(difference), style.DIVERGING)
-    style.colour_bar(image, axes, style.quantity("Difference", unit))
+    style.colour_bar(image, axes, text)
     rms = float(np.sqrt((difference**2).mean()))
     style.title(
         axes, f"Estimated \u2212 true, rms {rms:.2g}" if np.isfinite(rms) else "Estimated \u2212 true"

@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from fieldrl.figures import curves, style
@@ -38,8 +37,9 @@ def draw_return(axes: Axes, record: xr.Dataset) -> None:
 def draw_total_error(axes: Axes, record: xr.Dataset) -> None:
     """Total error of every episode and, where the noise is known, its expectation 2 sigma^2."""
     errors = record["e_total"].isel(step=-1).transpose("replicate", "episode").values
-    if curves.spans_decades(errors):
-        style.logarithmic(axes)
+    decades = curves.decades(errors)
+    if decades > curves.DECADES:
+        style.logarithmic(axes, decades)
         errors = np.where(errors > 0, errors, np.nan)
     _draw(axes, record, errors)
     draw_expectation(axes, float(record.attrs.get("noise", 0.0)))
@@ -62,12 +62,13 @@ def window(episodes: int) -> int:
 
 def _draw(axes: Axes, record: xr.Dataset, values: NDArray) -> None:
     """The replicates' series, ``values`` (replicates, episodes)."""
-    replicates, length = len(values), window(values.shape[1])
+    replicates, length, numbers = len(values), window(values.shape[1]), curves.episode_numbers(record)
     if replicates == 1:
-        curves.draw_smoothed(axes, curves.episode_numbers(record), values[0], length)
+        curves.draw_smoothed(axes, numbers, values[0], length)
     else:
         name = f"median of {replicates} replicates" + (f", rolling mean of {length}" if length > 1 else "")
-        curves.draw_band(axes, curves.episode_numbers(record), curves.rolling_mean(values, length), name)
+        curves.draw_band(axes, numbers, curves.rolling_mean(values, length), name)
     style.open_frame(axes)
-    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=True))
-    axes.margins(x=0.02)
+    style.count_along_x(axes)
+    margin = max(0.5, 0.02 * (numbers[-1] - numbers[0]))
+    axes.set_xlim(numbers[0] - margin, numbers[-1] + margin)

@@ -110,6 +110,13 @@ def value_range(*fields: xr.DataArray) -> tuple[float, float]:
     return (low, high) if high - low > 1e-9 * max(abs(low), abs(high)) else (low, low + 1.0)
 
 
+def bar_label(record: xr.Dataset, name: str) -> str:
+    """``name`` and the field's unit, on two lines where the maps are low."""
+    width, height = np.subtract(record.attrs["domain_upper"], record.attrs["domain_lower"])
+    text = style.quantity(name, record.attrs.get("field_unit", "field unit"))
+    return text.replace(" [", "\n[") if width > 1.4 * height else text
+
+
 def at_final_time(record: xr.Dataset) -> str:
     """``f(x, t = T)``, T the time of the last sample."""
     final = float(record["time"].max()) if record["time"].size else 0.0

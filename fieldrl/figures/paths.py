@@ -28,7 +28,7 @@ def path_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
         style.title(axes, f"{role}\n{_score(record, episode, replicate)}")
     style.legend_above(drawing, row[0])
     if level_sets is not None:
-        text = style.quantity(maps.at_final_time(record), record.attrs.get("field_unit", "field unit"))
+        text = maps.bar_label(record, maps.at_final_time(record))
         style.colour_bar(level_sets, row[-1], text)
     return drawing
 

@@ -17,8 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap, LinearSegmentedColormap
+from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 with warnings.catch_warnings():  # cmocean 4 calls matplotlib 3.11 in a way that 3.13 will refuse
     warnings.simplefilter("ignore", DeprecationWarning)
@@ -27,7 +28,7 @@ with warnings.catch_warnings():  # cmocean 4 calls matplotlib 3.11 in a way that
 COLUMN = 3.5  # width of one column [inch]
 PAGE = 7.2  # width of two columns [inch]
 DPI = 150
-TEXT, SMALL = 8.0, 7.0  # type sizes [point]
+TEXT, SMALL = 7.5, 7.0  # type sizes [point]
 INK, GREY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
 BLUE, VERMILLION = "#0072B2", "#D55E00"
 E_TOTAL = "$e_{\\mathrm{total}}$"
@@ -71,6 +72,11 @@ def dress(axes: Axes) -> None:
         spine.set_color(INK)
 
 
+def count_along_x(axes: Axes) -> None:
+    """Ticks at whole numbers only, few of them, on an x axis that counts something."""
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10], integer=True, min_n_ticks=1))
+
+
 def open_frame(axes: Axes) -> None:
     """Leave out the upper and the right spine, as curves need only two."""
     axes.spines[["top", "right"]].set_visible(False)
@@ -99,10 +105,10 @@ def legend_above(drawing: Figure, axes: Axes) -> None:
     drawing.legend(handles, names, loc="upper right", ncols=len(names), frameon=False, **look)
 
 
-def logarithmic(axes: Axes) -> None:
-    """A logarithmic y axis with ticks at 1, 2 and 5 that read as plain numbers."""
+def logarithmic(axes: Axes, decades: float) -> None:
+    """A logarithmic y axis over so many ``decades``; ticks read as plain numbers, at 1, 2 and 5 where few."""
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if decades < 2.5 else (1.0,)))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
     axes.yaxis.set_minor_formatter(NullFormatter())
 
@@ -121,6 +127,9 @@ def colour_bar(mappable, axes: Axes, text: str) -> Colorbar:
     bar = axes.figure.colorbar(mappable, cax=axes.inset_axes((1.04, 0.0, 0.045, 1.0)))
     bar.ax.tick_params(which="both", labelsize=SMALL, width=0.6, length=2.5, color=INK, labelcolor=INK, pad=2)
     bar.ax.minorticks_off()
+    if isinstance(mappable, ContourSet):
+        levels = np.asarray(mappable.levels)
+        bar.set_ticks(levels[:: math.ceil(levels.size / 5)])
     bar.outline.set_linewidth(0.6)  # pyright: ignore[reportCallIssue, reportAttributeAccessIssue]
     bar.set_label(text, fontsize=TEXT, color=INK)
     return bar

@@ -1,0 +1,109 @@
+import json
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.image import imread
+
+from fieldrl.figures import draw_run, files
+
+NAMES = ["path.png", "learning_curve.png", "field_error.png"]
+
+
+def test_a_run_leaves_three_pictures(make_record, tmp_path):
+    pictures = draw_run(make_record(), tmp_path / "figures")
+
+    assert [picture.name for picture in pictures] == NAMES
+    for picture in pictures:
+        height, width, _ = imread(picture).shape
+        assert width > 500
+        assert height > 200
+
+
+def test_traces_of_the_fits_add_a_fourth(make_record, tmp_path):
+    names = [picture.name for picture in draw_run(make_record(traces=True), tmp_path)]
+
+    assert names == [*NAMES, "convergence.png"]
+
+
+def test_each_picture_says_of_which_run_it_is(make_record, tmp_path):
+    for picture in draw_run(make_record(), tmp_path):
+        note = json.loads(picture.with_suffix(".json").read_text())
+        assert note == {
+            "file": picture.name,
+            "experiment": "made_up",
+            "keys": ["0123456789ab"],
+            "version": "0.1.0",
+        }
+
+
+def test_only_pictures_and_their_notes_are_left(make_record, tmp_path):
+    pictures = draw_run(make_record(), tmp_path)
+
+    expected = {picture.with_suffix(end).name for picture in pictures for end in (".png", ".json")}
+    assert {path.name for path in tmp_path.iterdir()} == expected
+
+
+def test_the_same_record_gives_the_same_bytes(make_record, tmp_path):
+    first, second = (draw_run(make_record(), tmp_path / name) for name in ("first", "second"))
+
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+
+
+def test_a_stored_record_gives_the_same_bytes(make_record, tmp_path, obstacles):
+    record = make_record(replicates=2, upper=(200.0, 100.0), obstacles=obstacles)
+    record.to_netcdf(tmp_path / "record.nc", engine="h5netcdf")
+
+    with xr.open_dataset(tmp_path / "record.nc", engine="h5netcdf") as stored:
+        pairs = zip(draw_run(record, tmp_path / "a"), draw_run(stored.load(), tmp_path / "b"), strict=True)
+        assert all(a.read_bytes() == b.read_bytes() for a, b in pairs)
+
+
+def test_figures_drawn_in_threads_are_those_drawn_alone(make_record, tmp_path):
+    alone = [path.read_bytes() for path in draw_run(make_record(), tmp_path / "alone")]
+    with ThreadPoolExecutor(4) as pool:
+        runs = list(pool.map(lambda i: draw_run(make_record(), tmp_path / str(i)), range(4)))
+
+    assert all([path.read_bytes() for path in run] == alone for run in runs)
+
+
+def test_drawing_does_not_change_the_record(make_record, tmp_path):
+    record = make_record()
+    before = record.copy(deep=True)
+
+    draw_run(record, tmp_path)
+
+    assert record.identical(before)
+
+
+@pytest.mark.parametrize("replicates", [1, 3])
+@pytest.mark.parametrize("episodes", [1, 2, 30])
+@pytest.mark.parametrize("upper", [(200.0, 200.0), (200.0, 100.0), (50.0, 200.0)])
+def test_runs_of_every_shape_are_drawn(make_record, tmp_path, replicates, episodes, upper):
+    record = make_record(replicates=replicates, episodes=episodes, steps=3, upper=upper)
+
+    assert len(draw_run(record, tmp_path)) == 3
+
+
+def test_a_run_whose_fits_all_failed_is_drawn(make_record, tmp_path):
+    record = make_record(replicates=2, episodes=3)
+    record["e_total"][:] = np.nan
+    record["return"][:] = np.nan
+    record["field_estimate"][:] = np.nan
+
+    assert len(draw_run(record, tmp_path)) == 3
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "path.png"
+    files.write(path, b"old")
+
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(files.os, "replace", fail)
+    with pytest.raises(OSError, match="disk full"):
+        files.write(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
