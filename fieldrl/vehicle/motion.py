@@ -24,6 +24,7 @@ from fieldrl.core.compiled import call_flow
 
 _NEVER = 2.0
 _SLIVER = 1e-12
+_SKIN = 1e-14
 
 
 @njit(cache=True)
@@ -69,7 +70,9 @@ def advance(
         if length > 0.0:
             count = math.ceil(substeps * length / duration - 1e-9)
             _piece(pose, speed, rate_now, time + start, length, count, water, velocity)
-            pose[2] = min(max(pose[2], low), high)
+        if start < turning < duration:
+            pose[2] = high if rate > 0.0 else low
+    pose[2] = min(max(pose[2], low), high)
     return pose
 
 
@@ -134,10 +137,21 @@ def _stopped(x0, y0, x1, y1, rectangles, circles):
         first = min(first, _entry_circle(x0, y0, x1, y1, circles[i]))
     if first <= 1.0:
         x1, y1 = x0 + first * (x1 - x0), y0 + first * (y1 - y0)
-    x1, y1 = _pushed_out(x1, y1, rectangles, circles)
     if _in_obstacle(x1, y1, rectangles, circles):
-        return x0, y0
+        return _last_water(x0, y0, x1, y1, rectangles, circles)
     return x1, y1
+
+
+@njit(cache=True)
+def _last_water(x0, y0, x1, y1, rectangles, circles):
+    """By bisection, the edge between water (x0, y0) and a point that rounding has put into an obstacle."""
+    for _ in range(60):
+        x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+        if _in_obstacle(x, y, rectangles, circles):
+            x1, y1 = x, y
+        else:
+            x0, y0 = x, y
+    return x0, y0
 
 
 @njit(cache=True)
@@ -168,40 +182,13 @@ def _entry_circle(x0, y0, x1, y1, circle):
 
 
 @njit(cache=True)
-def _pushed_out(x, y, rectangles, circles):
-    """The point moved to the edge of every obstacle that rounding has put it into."""
-    for i in range(rectangles.shape[0]):
-        box = rectangles[i]
-        if box[0] < x < box[1] and box[2] < y < box[3]:
-            x, y = _to_edge(x, y, box)
-    for i in range(circles.shape[0]):
-        cx, cy, radius = circles[i]
-        distance = math.hypot(x - cx, y - cy)
-        if 0.0 < distance < radius:
-            scale = radius / distance * (1 + 1e-15) + 1e-15 * (abs(cx) + abs(cy)) / radius
-            x, y = cx + (x - cx) * scale, cy + (y - cy) * scale
-    return x, y
-
-
-@njit(cache=True)
-def _to_edge(x, y, box):
-    """The point of the rectangle's edge that is nearest along x or y."""
-    nearest = min(x - box[0], box[1] - x, y - box[2], box[3] - y)
-    if nearest == x - box[0]:
-        return box[0], y
-    if nearest == box[1] - x:
-        return box[1], y
-    return (x, box[2]) if nearest == y - box[2] else (x, box[3])
-
-
-@njit(cache=True)
 def _in_obstacle(x, y, rectangles, circles):
-    """Does the point lie in the open interior of an obstacle?"""
+    """Does the point lie in the open interior of an obstacle (a circle's edge included, for rounding)?"""
     for i in range(rectangles.shape[0]):
         box = rectangles[i]
         if box[0] < x < box[1] and box[2] < y < box[3]:
             return True
     for i in range(circles.shape[0]):
-        if math.hypot(x - circles[i, 0], y - circles[i, 1]) < circles[i, 2]:
+        if math.hypot(x - circles[i, 0], y - circles[i, 1]) < circles[i, 2] * (1 + _SKIN):
             return True
     return False
