@@ -1,0 +1,95 @@
+"""The process that writes runs to MLflow (started by ``tracking.py``, spoken to through its pipe).
+
+It reads (kind, content) messages from its standard input until that closes and answers once, with one
+JSON line: {"problem": "", "run_id": ...}. It runs at a low priority: the run comes first.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import queue
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+Message = tuple[str, dict[str, Any]]
+
+
+def main() -> None:
+    """Serve one run."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with suppress(OSError):
+        os.nice(10)
+    answer = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whatever MLflow prints is no answer
+    with answer:
+        json.dump(serve(messages()), answer)
+    os._exit(0)  # MLflow's own threads have nothing left to do
+
+
+def messages() -> Iterator[Message]:
+    """The messages; read by a thread, so that the run never waits for MLflow's import."""
+    received: queue.SimpleQueue[Message | None] = queue.SimpleQueue()
+    threading.Thread(target=_receive, args=(received,), daemon=True).start()
+    while (message := received.get()) is not None:
+        yield message
+
+
+def _receive(received: queue.SimpleQueue[Message | None]) -> None:
+    with suppress(EOFError, OSError, pickle.UnpicklingError):
+        while True:
+            received.put(pickle.load(sys.stdin.buffer))
+    received.put(None)
+
+
+def serve(incoming: Iterator[Message]) -> dict[str, str]:
+    """Publish one run from its messages; a failure ends the publishing, never with an exception."""
+    try:
+        return {"problem": "", "run_id": _publish(incoming)}
+    except Exception as error:  # whatever MLflow, SQLAlchemy or the network raise
+        for _ in incoming:
+            pass
+        return {"problem": _one_line(error), "run_id": ""}
+
+
+def _publish(incoming: Iterator[Message]) -> str:
+    import mlflow.store.tracking.sqlalchemy_store  # noqa: F401  imported while the run computes
+
+    from fieldrl.app.mlflow_view import View
+
+    view: View | None = None
+    try:
+        for kind, content in incoming:
+            if kind == "begin":
+                view = View.create(**content)
+            elif view is not None and kind == "replicate":
+                view.replicate(**content)
+            elif view is not None and kind == "finish":
+                view.finish(Path(content["folder"]), content["metrics"], content["series"])
+                return view.run_id
+    except BaseException:
+        _end(view, "FAILED")
+        raise
+    _end(view, "KILLED")
+    return ""
+
+
+def _end(view: Any, status: str) -> None:
+    if view is not None:
+        with suppress(Exception):
+            view.end(status)
+
+
+def _one_line(error: BaseException) -> str:
+    text = " ".join(str(error).split()) or type(error).__name__
+    return text if len(text) <= 160 else text[:157] + "..."
+
+
+if __name__ == "__main__":
+    main()
