@@ -138,6 +138,15 @@ def interval(key: str, value: Any, unit: str = "") -> tuple[float, float]:
     return low, high
 
 
+def ordered_bounds(lower: Sequence[float], upper: Sequence[float], true: Sequence[float], unit: str) -> None:
+    """Check that ``lower`` < ``true`` < ``upper`` in every component (keys lower, upper, true)."""
+    if not all(low < high for low, high in zip(lower, upper, strict=True)):
+        raise InvalidValue("upper", list(upper), f"must exceed lower={list(lower)} in every component", unit)
+    if not all(low < value < high for low, value, high in zip(lower, true, upper, strict=True)):
+        remedy = f"widen lower={list(lower)} and upper={list(upper)}, or move it"
+        raise InvalidValue("true", list(true), "must lie inside the bounds", unit, remedy)
+
+
 def _ranged(key: str, value: Any, unit: str, rule: str, holds) -> float:
     try:
         checked = number(key, value, unit)

@@ -6,7 +6,7 @@ calls it: one cached loop serves every model.
 
 Two signatures are in use (all arrays C-ordered float64):
 
-``MODEL``   (theta (p,), positions (n, 2), times (n,), n, constants, prediction (n,), jacobian (n, p))
+``MODEL``   (theta (m, p), m, positions (n, 2), times (n,), n, constants, prediction (m, n), jacobian (m, n, p))
 ``FLOW``    (theta (p,), constants, x, y, t, velocity (2,))
 """
 
@@ -17,7 +17,7 @@ from numba import types
 from numba.extending import intrinsic
 
 _POINTER = types.CPointer(types.float64)
-MODEL = types.void(_POINTER, _POINTER, _POINTER, types.int64, _POINTER, _POINTER, _POINTER)
+MODEL = types.void(_POINTER, types.int64, _POINTER, _POINTER, types.int64, _POINTER, _POINTER, _POINTER)
 FLOW = types.void(_POINTER, _POINTER, types.float64, types.float64, types.float64, _POINTER)
 
 
@@ -29,7 +29,7 @@ def _call(builder, signature, args):
 
 
 @intrinsic
-def call_model(typing, address, theta, positions, times, n, constants, prediction, jacobian):
+def call_model(typing, address, theta, m, positions, times, n, constants, prediction, jacobian):
     """Call a MODEL function by address; the array arguments are pointers (``array.ctypes``)."""
     signature = types.void(types.int64, *MODEL.args)
 

@@ -109,4 +109,6 @@ def _corners(box: Rectangle | Domain) -> None:
     for name in ("lower", "upper"):
         object.__setattr__(box, name, checks.vector(name, getattr(box, name), 2, "length"))
     if not all(low < high for low, high in zip(box.lower, box.upper, strict=True)):
-        raise checks.InvalidValue("upper", box.upper, f"must exceed lower={list(box.lower)} in x and y", "length")
+        raise checks.InvalidValue(
+            "upper", box.upper, f"must exceed lower={list(box.lower)} in x and y", "length"
+        )

@@ -1,0 +1,243 @@
+"""Levenberg-Marquardt for the folds of a fit problem, compiled; the model is called by address.
+
+Works in scaled unknowns u = (theta - theta0) / s, so the bounds are the box |u| <= 1, kept by
+projection: an unknown at its bound whose gradient points outwards stays there (an active set).
+Gauss-Newton is slow in curved valleys and where residuals stay large; a descent that takes long goes
+on with the true second derivatives, by differences of the exact gradient.
+
+| symbol | meaning | shape |
+|---|---|---|
+| u | scaled unknowns | (p,) |
+| r, J | residuals and their derivatives by theta | (n,), (n, p) |
+| H, g | Gauss-Newton matrix and gradient of half the loss by u | (p, p), (p,) |
+| w | weights of the samples in the fold | (n,) |
+| damping | Marquardt's lambda | |
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from fieldrl.core.compiled import call_model
+
+_SHRINK, _GROW, _LEAST, _LARGEST = 0.2, 4.0, 1e-12, 1e14
+_PATIENCE = 12  # evaluations after which Gauss-Newton is slow and Newton's matrix pays
+_DIFFERENCE = 1e-6  # shift of a scaled unknown for second derivatives
+_HOPE = 10.0  # a descent may gain so many times what its quadratic model promises
+
+
+@njit(cache=True)
+def linearise(kernel, constants, theta, positions, times, values, residuals, jacobian):
+    """Residuals (n,) and their Jacobian (n, p) at theta (p,), written in place."""
+    n = times.size
+    call_model(
+        kernel,
+        theta.ctypes,
+        1,
+        positions.ctypes,
+        times.ctypes,
+        n,
+        constants.ctypes,
+        residuals.ctypes,
+        jacobian.ctypes,
+    )
+    for j in range(n):
+        residuals[j] -= values[j]
+
+
+@njit(cache=True)
+def loss_of(residuals, weights, u, tikhonov):
+    """The penalised loss of a fold."""
+    total = 0.0
+    for j in range(residuals.size):
+        total += weights[j] * residuals[j] * residuals[j]
+    for k in range(u.size):
+        total += tikhonov * u[k] * u[k]
+    return total
+
+
+@njit(cache=True)
+def _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient):
+    """H and g at u, written in place."""
+    p = u.size
+    for k in range(p):
+        gradient[k] = tikhonov * u[k]
+        for m in range(k + 1):
+            matrix[k, m] = 0.0
+        matrix[k, k] = tikhonov
+    for j in range(residuals.size):
+        weight = weights[j]
+        for k in range(p):
+            slope = weight * jacobian[j, k] * scale[k]
+            gradient[k] += slope * residuals[j]
+            for m in range(k + 1):
+                matrix[k, m] += slope * jacobian[j, m] * scale[m]
+
+
+@njit(cache=True)
+def _solve(matrix, metric, gradient, free, damping, factor, step):
+    """Step of the damped system over the free unknowns, by Cholesky; False where it is not positive."""
+    p = gradient.size
+    for k in range(p):
+        for m in range(k + 1):
+            total = matrix[k, m]
+            if not (free[k] and free[m]):
+                total = 0.0
+            if k == m:
+                total = total + damping * metric[k] if free[k] else 1.0
+            for i in range(m):
+                total -= factor[k, i] * factor[m, i]
+            if k == m:
+                if total <= 0.0:
+                    return False
+                factor[k, k] = math.sqrt(total)
+            else:
+                factor[k, m] = total / factor[m, m]
+    for k in range(p):
+        total = -gradient[k] if free[k] else 0.0
+        for i in range(k):
+            total -= factor[k, i] * step[i]
+        step[k] = total / factor[k, k]
+    for k in range(p - 1, -1, -1):
+        total = step[k]
+        for i in range(k + 1, p):
+            total -= factor[i, k] * step[i]
+        step[k] = total / factor[k, k]
+    return True
+
+
+@njit(cache=True)
+def _free_unknowns(u, gradient, free):
+    """Which unknowns may move: all but those held at a bound by their gradient."""
+    for k in range(u.size):
+        free[k] = not ((u[k] >= 1.0 and gradient[k] < 0.0) or (u[k] <= -1.0 and gradient[k] > 0.0))
+
+
+@njit(cache=True)
+def workspace(n, p):
+    """Scratch arrays of ``minimise`` for n samples and p unknowns."""
+    vectors, samples = np.empty((6, p)), np.empty((2, n))
+    matrices, jacobians = np.empty((2, p, p)), np.empty((3, n, p))
+    return vectors, samples, matrices, jacobians, np.empty(p, dtype=np.bool_)
+
+
+@njit(cache=True)
+def minimise(model, samples, weights, tikhonov, u, residuals, damping, bar, stop, work):
+    """Descend from u (p,), in place, to a local minimum of a fold's loss.
+
+    Args:
+        model: kernel address, constants, theta0 (p,), s (p,).
+        samples: positions (n, 2), times (n,), values (n,).
+        weights: of the samples in the fold, (n,).
+        tikhonov: tau.
+        u: where to start; where it ends, (p,).
+        residuals: at the end, written in place, (n,).
+        damping: Marquardt's lambda at the start: small near a minimum.
+        bar: give up once the loss is about to settle above this.
+        stop: at most so many evaluations; the scaled step that is negligible.
+        work: from ``workspace``.
+
+    Returns:
+        The loss and the number of evaluations used.
+    """
+    kernel, constants, centre, scale = model
+    positions, times, values = samples
+    iterations, negligible = stop
+    vectors, (trial_residuals, shifted), (matrix, factor), jacobians, free = _unpack(work)
+    theta, trial, gradient, step, metric, moved = vectors
+    current = 0
+    _place(centre, scale, u, theta)
+    linearise(kernel, constants, theta, positions, times, values, residuals, jacobians[current])
+    loss, evaluations = loss_of(residuals, weights, u, tikhonov), 1
+    _normal_equations(residuals, jacobians[current], weights, u, scale, tikhonov, matrix, gradient)
+    _diagonal(matrix, metric)
+    while evaluations < iterations and damping < _LARGEST:
+        _free_unknowns(u, gradient, free)
+        if not _solve(matrix, metric, gradient, free, damping, factor, step):
+            damping *= _GROW
+            continue
+        if _advance(u, step, trial) * (1.0 + damping) <= negligible or _settles_above(
+            bar, loss, gradient, step
+        ):
+            break
+        _place(centre, scale, trial, theta)
+        linearise(kernel, constants, theta, positions, times, values, trial_residuals, jacobians[1 - current])
+        trial_loss = loss_of(trial_residuals, weights, trial, tikhonov)
+        evaluations += 1
+        if not trial_loss <= loss:
+            damping *= _GROW
+            continue
+        current, damping = 1 - current, max(damping * _SHRINK, _LEAST)
+        u[:], residuals[:], loss = trial, trial_residuals, trial_loss
+        _normal_equations(residuals, jacobians[current], weights, u, scale, tikhonov, matrix, gradient)
+        _diagonal(matrix, metric)
+        if evaluations > _PATIENCE:
+            _hessian(
+                model, samples, weights, tikhonov, u, gradient, trial, theta, moved,
+                shifted, jacobians[2], matrix,
+            )  # fmt: skip
+            evaluations += u.size
+    return loss, evaluations
+
+
+@njit(cache=True)
+def _diagonal(matrix, metric):
+    for k in range(metric.size):
+        metric[k] = matrix[k, k]
+
+
+@njit(cache=True)
+def _hessian(model, samples, weights, tikhonov, u, gradient, trial, theta, moved, shifted, jacobian, matrix):
+    """Second derivatives of half the loss by differences of its gradient, into the lower triangle."""
+    kernel, constants, centre, scale = model
+    positions, times, values = samples
+    scratch = np.empty_like(matrix)
+    for k in range(u.size):
+        trial[:] = u
+        trial[k] += _DIFFERENCE if u[k] < 0.0 else -_DIFFERENCE
+        _place(centre, scale, trial, theta)
+        linearise(kernel, constants, theta, positions, times, values, shifted, jacobian)
+        _normal_equations(shifted, jacobian, weights, trial, scale, tikhonov, scratch, moved)
+        for m in range(k, u.size):
+            matrix[m, k] = (moved[m] - gradient[m]) / (trial[k] - u[k])
+
+
+@njit(cache=True)
+def _settles_above(bar, loss, gradient, step):
+    """Whether even several times the gain that the quadratic model promises leaves the loss above bar."""
+    gain = 0.0
+    for k in range(step.size):
+        gain -= gradient[k] * step[k]
+    return loss - _HOPE * gain > bar
+
+
+@njit(cache=True)
+def _unpack(work):
+    vectors, samples, matrices, jacobians, free = work
+    return (
+        (vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5]),
+        (samples[0], samples[1]),
+        (matrices[0], matrices[1]),
+        jacobians,
+        free,
+    )
+
+
+@njit(cache=True)
+def _place(centre, scale, u, theta):
+    """theta = theta0 + s u, in place."""
+    for k in range(u.size):
+        theta[k] = centre[k] + scale[k] * u[k]
+
+
+@njit(cache=True)
+def _advance(u, step, trial):
+    """u + step within the box, written into ``trial``; returns the largest move."""
+    moved = 0.0
+    for k in range(u.size):
+        trial[k] = min(1.0, max(-1.0, u[k] + step[k]))
+        moved = max(moved, abs(trial[k] - u[k]))
+    return moved
