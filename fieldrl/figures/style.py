@@ -128,8 +128,8 @@ def colour_bar(mappable, axes: Axes, text: str) -> Colorbar:
     bar.ax.tick_params(which="both", labelsize=SMALL, width=0.6, length=2.5, color=INK, labelcolor=INK, pad=2)
     bar.ax.minorticks_off()
     if isinstance(mappable, ContourSet):
-        levels = np.asarray(mappable.levels)
-        bar.set_ticks(levels[:: math.ceil(levels.size / 5)])
+        levels = list(mappable.levels)
+        bar.set_ticks(levels[:: math.ceil(len(levels) / 5)])
     bar.outline.set_linewidth(0.6)  # pyright: ignore[reportCallIssue, reportAttributeAccessIssue]
     bar.set_label(text, fontsize=TEXT, color=INK)
     return bar

@@ -6,7 +6,7 @@ from fieldrl.figures.learning import window
 
 
 def _labels(axes):
-    return [text for text in axes.get_legend_handles_labels()[1]]
+    return axes.get_legend_handles_labels()[1]
 
 
 def test_return_and_error_are_labelled_with_their_units(make_record):

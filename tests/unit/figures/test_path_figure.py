@@ -35,7 +35,7 @@ def test_an_episode_is_drawn_once(make_record, episodes, best, panels):
 def test_an_episode_keeps_the_number_of_its_coordinate(make_record):
     record = make_record(episodes=3).assign_coords(episode=[0, 1, 2])
 
-    assert list(notable_episodes(record).values())[0].startswith("Episode 0")
+    assert next(iter(notable_episodes(record).values())).startswith("Episode 0")
 
 
 def test_the_path_leads_from_the_start_through_every_sample(make_record):

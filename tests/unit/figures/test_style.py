@@ -1,9 +1,7 @@
-import subprocess
-import sys
-
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib._pylab_helpers import Gcf
 
 from fieldrl.figures import draw_run, style
 
@@ -46,7 +44,7 @@ def test_drawing_leaves_global_settings_alone(make_record, tmp_path):
     assert dict(matplotlib.rcParams) == before
 
 
-def test_figures_are_drawn_without_pyplot():
-    code = "import sys, fieldrl.figures; sys.exit('matplotlib.pyplot' in sys.modules)"
+def test_no_figure_is_left_in_pyplot_s_hands(make_record, tmp_path):
+    draw_run(make_record(), tmp_path)
 
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    assert not Gcf.figs
