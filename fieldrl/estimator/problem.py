@@ -19,7 +19,7 @@ each is a weighted mean of the same squared residuals.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import lru_cache
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -134,14 +134,10 @@ class FitProblem:
         """n + 1, or 1."""
         return 1 + self.leave_one_out * len(self.samples)
 
-    @cached_property
+    @property
     def weights(self) -> NDArray[np.float64]:
         """Weight of each sample in each fold, (folds, n); a fold without samples has zeros."""
-        n = len(self.samples)
-        mask = np.ones((self.folds, n))
-        if self.leave_one_out:
-            mask[np.arange(1, n + 1), np.arange(n)] = 0.0
-        return mask / np.maximum(mask.sum(axis=1, keepdims=True), 1.0)
+        return fold_weights(len(self.samples), self.leave_one_out)
 
     def penalty(self, theta: NDArray) -> NDArray[np.float64]:
         """The Tikhonov term at theta (m, p): (m,) [field unit^2]."""
@@ -166,14 +162,24 @@ class FitProblem:
         return residuals**2 @ self.weights.T + self.penalty(theta)[:, None]
 
 
+@lru_cache(maxsize=512)
+def fold_weights(n: int, leave_one_out: bool) -> NDArray[np.float64]:
+    """1 / n_k for the samples of fold k and 0 for the others, (n + 1 or 1, n), read-only."""
+    mask = np.ones((1 + leave_one_out * n, n))
+    if leave_one_out:
+        mask[np.arange(1, n + 1), np.arange(n)] = 0.0
+    weights = mask / np.maximum(mask.sum(axis=1, keepdims=True), 1.0)
+    weights.flags.writeable = False
+    return weights
+
+
 def errors(fit: Fit) -> Errors:
     """e_f (Eq. 4), e_cv (Eq. 6) and e_total (Eq. 7) of a fit with leave-one-out folds."""
-    squared = fit.residuals**2
-    n = squared.shape[1]
+    folds, n = fit.residuals.shape
     if n == 0:
         raise ValueError("errors need at least one sample")
-    if squared.shape[0] != n + 1:
+    if folds != n + 1:
         raise ValueError("errors need the leave-one-out folds: leave_one_out=True")
-    e_f = float(squared[0].sum() / n)
-    e_cv = float(np.trace(squared[1:]) / n)
+    full, left_out = fit.residuals[0], fit.residuals[1:].ravel()[:: n + 1]
+    e_f, e_cv = float(full @ full) / n, float(left_out @ left_out) / n
     return Errors(e_f, e_cv, e_f + e_cv)

@@ -1,0 +1,101 @@
+"""Nonlinear least squares for every fold: the estimator for cheap models.
+
+A compiled model (see ``problem.Compiled``) is fitted by the compiled Levenberg-Marquardt; any other by
+SciPy's bounded least squares from several starts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fieldrl.core import checks
+from fieldrl.estimator.coarse_search import box_grid
+from fieldrl.estimator.global_fit import global_fit, global_fits, local_fits
+from fieldrl.estimator.problem import Compiled, Fit, FitProblem
+
+
+@dataclass
+class _Search:
+    """A model's coarse grid with the squared residuals of the samples seen last: a memo."""
+
+    model: tuple[int, NDArray, NDArray, NDArray]
+    grid: NDArray[np.float64]
+    theta: NDArray[np.float64]
+    points: int
+    labels: NDArray[np.float64]
+    squared: NDArray[np.float64]
+
+    def reserve(self, n: int) -> None:
+        """Room for n samples."""
+        if n > len(self.labels):
+            capacity = max(2 * len(self.labels), n, 32)
+            self.labels = np.full((capacity, 4), np.nan)
+            self.squared = np.empty((capacity, len(self.grid)))
+
+
+@dataclass(frozen=True)
+class LeastSquares:
+    """Levenberg-Marquardt on all folds.
+
+    Args:
+        starts: 1 descends once, from the centre of the bounds, as a local optimiser does; more descend
+            from so many of the lowest minima of a coarse grid, to the global minimum.
+        grid: points of the coarse grid along each parameter.
+        tikhonov: tau >= 0, weight of the pull towards the centre of the bounds [field unit^2].
+        iterations: at most so many evaluations in one descent.
+        tolerance: a descent ends when it would move no parameter by more, in half-widths of its bounds.
+    """
+
+    starts: int = 4
+    grid: int = 31
+    tikhonov: float = 1e-3
+    iterations: int = 2000
+    tolerance: float = 1e-8
+    _searches: dict = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        checks.integer("starts", self.starts, 1)
+        checks.integer("grid", self.grid, 3)
+        checks.not_negative("tikhonov", self.tikhonov, "field unit^2")
+        checks.integer("iterations", self.iterations, 1)
+        checks.positive("tolerance", self.tolerance)
+
+    def fit(self, problem: FitProblem) -> Fit:
+        """Minimisers of every fold; raises TypeError for a model without compiled derivatives."""
+        samples, weights = problem.samples, problem.weights
+        search = self._search(problem.model)
+        folds, n = weights.shape
+        u, loss, residuals = np.empty((folds, search.grid.shape[1])), np.empty(folds), np.empty((folds, n))
+        what = search.model, (samples.positions, samples.times, samples.values), self.tikhonov, weights
+        grid, stop = (search.grid, search.theta, search.points), (self.iterations, self.tolerance)
+        if self.starts == 1:
+            evaluations = local_fits(*what, stop, u, loss, residuals)
+        elif folds == 1:
+            evaluations = global_fit(*what, grid, self.starts, stop, u, loss, residuals)
+        else:
+            search.reserve(n)
+            memo = search.labels, search.squared
+            evaluations = global_fits(*what, grid, memo, self.starts, stop, u, loss, residuals)
+        _, _, centre, scale = search.model
+        return Fit(centre + scale * u, loss, residuals, evaluations, problem.known)
+
+    def _search(self, model) -> _Search:
+        """The coarse grid of a model, kept from call to call."""
+        known = self._searches.get(id(model))
+        if known is None or known[0] is not model:
+            self._searches.clear()
+            known = self._searches[id(model)] = (model, self._new_search(model))
+        return known[1]
+
+    def _new_search(self, model) -> _Search:
+        if not isinstance(model, Compiled):
+            raise TypeError(f"{type(model).__name__} has no compiled derivatives")
+        parameters = model.parameters
+        grid = box_grid(self.grid, len(parameters))
+        theta = np.ascontiguousarray(parameters.centre + parameters.half_width * grid)
+        what = model.kernel, model.constants, parameters.centre, parameters.half_width
+        empty = np.empty((0, 4)), np.empty((0, len(grid)))
+        return _Search(what, grid, theta, self.grid, *empty)
