@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fieldrl.core.checks import InvalidValue
@@ -20,6 +20,7 @@ def test_a_perfect_sensor_returns_the_state_itself_and_draws_nothing():
     assert rng.random() == stream(0, "sensor").random()
 
 
+@settings(deadline=None)
 @given(st.tuples(variance, variance, variance).filter(any), st.integers(0, 1000))
 def test_the_measured_state_is_the_state_plus_scaled_normal_numbers(covariance, seed):
     measured = Sensor(covariance=covariance).observe(STATE, stream(seed, "sensor"))
@@ -27,6 +28,7 @@ def test_the_measured_state_is_the_state_plus_scaled_normal_numbers(covariance, 
     assert np.allclose(measured, STATE + np.sqrt(covariance) * noise)
 
 
+@settings(deadline=None)
 @given(st.floats(-1e6, 1e6), st.floats(0, 100), st.integers(0, 1000))
 def test_a_sample_is_the_value_plus_noise_from_the_given_stream(value, noise, seed):
     sensor = Sensor(noise=noise)

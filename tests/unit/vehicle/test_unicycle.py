@@ -96,6 +96,7 @@ def test_the_turn_is_spread_over_the_time_step_whatever_its_length():
     assert after[2] == pytest.approx(math.pi / 8)
 
 
+@settings(deadline=None)
 @given(st.floats(0.01, 3), st.floats(0, 3), st.floats(-1, 1), st.lists(st.integers(0, 6), max_size=12))
 def test_the_heading_never_leaves_its_limits(turn, high, share, actions):
     vehicle = Unicycle(turn=turn, heading_limits=(-0.7, high), heading=share * (0.7 if share < 0 else high))
