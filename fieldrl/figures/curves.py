@@ -23,13 +23,14 @@ def rolling_mean(values: ArrayLike, window: int) -> NDArray[np.float64]:
         window: odd, >= 1.
 
     Returns:
-        (..., n); NaN where the window holds no finite value.
+        (..., n); NaN where less than half of the window is finite.
     """
     values = np.asarray(values, dtype=float)
     finite = np.isfinite(values)
     total = _windowed_sum(np.where(finite, values, 0.0), window)
     count = _windowed_sum(finite.astype(float), window)
-    return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
+    enough = 2 * count >= _windowed_sum(np.ones(values.shape), window)
+    return np.where(enough, total / np.maximum(count, 1.0), np.nan)
 
 
 def quartiles(values: ArrayLike) -> NDArray[np.float64]:

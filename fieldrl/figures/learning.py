@@ -19,12 +19,11 @@ def learning_curve_figure(record: xr.Dataset) -> Figure:
     One replicate: each episode, thin, and the rolling mean. Several: the median and the interquartile range,
     over the replicates, of the rolling means.
     """
-    drawing = style.figure(style.PAGE, 2.5)
+    drawing = style.figure(style.PAGE, 2.65)
     left, right = style.panels(drawing, 2)
     draw_return(left, record)
     draw_total_error(right, record)
-    if right.get_legend_handles_labels()[0]:
-        style.legend(right, "upper right")
+    style.legend_across(drawing, right)
     return drawing
 
 
@@ -37,7 +36,8 @@ def draw_return(axes: Axes, record: xr.Dataset) -> None:
 def draw_total_error(axes: Axes, record: xr.Dataset) -> None:
     """Total error of every episode and, where the noise is known, its expectation 2 sigma^2."""
     errors = record["e_total"].isel(step=-1).transpose("replicate", "episode").values
-    decades = curves.decades(errors)
+    shown = errors if len(errors) == 1 else curves.rolling_mean(errors, window(errors.shape[1]))
+    decades = curves.decades(shown)
     if decades > curves.DECADES:
         style.logarithmic(axes, decades)
         errors = np.where(errors > 0, errors, np.nan)

@@ -105,6 +105,13 @@ def legend_above(drawing: Figure, axes: Axes) -> None:
     drawing.legend(handles, names, loc="upper right", ncols=len(names), frameon=False, **look)
 
 
+def legend_across(drawing: Figure, axes: Axes) -> None:
+    """A legend of the labelled artists of ``axes`` in one row above all axes, where it hides nothing."""
+    handles, names = axes.get_legend_handles_labels()
+    if names:
+        drawing.legend(handles, names, loc="outside upper center", ncols=len(names), frameon=False, **_LEGEND)
+
+
 def logarithmic(axes: Axes, decades: float) -> None:
     """A logarithmic y axis over so many ``decades``; ticks read as plain numbers, at 1, 2 and 5 where few."""
     axes.set_yscale("log")
