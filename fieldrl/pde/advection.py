@@ -73,6 +73,18 @@ class Advection:
         return Parameters(("b_x", "b_y"), units, tuple(self.lower), tuple(self.upper), tuple(self.true))
 
     @property
+    def horizon(self) -> float:
+        """The closed form holds for ever [time]."""
+        return math.inf
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Where the field is recorded: about 100 cells along the domain's longer side."""
+        (x0, y0), (x1, y1) = self.domain.lower, self.domain.upper
+        cell = max(x1 - x0, y1 - y0) / 100
+        return self.domain.grid(max(1, round((x1 - x0) / cell)), max(1, round((y1 - y0) / cell)))
+
+    @property
     def kernel(self) -> int:
         """Address of the compiled MODEL function."""
         return _model.address
