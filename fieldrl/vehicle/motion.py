@@ -68,7 +68,7 @@ def advance(
     water = (kernel, theta, constants, walls, rectangles, circles)
     for rate_now, start, length in ((rate, 0.0, turning), (0.0, turning, duration - turning)):
         if length > 0.0:
-            count = math.ceil(substeps * length / duration - 1e-9)
+            count = max(math.ceil(substeps * length / duration - 1e-9), 1)
             _piece(pose, speed, rate_now, time + start, length, count, water, velocity)
         if start < turning < duration:
             pose[2] = high if rate > 0.0 else low

@@ -41,13 +41,16 @@ def worked_episode(traces):
 #   step 2  delta = 2 + w_A0 - w_B1 = 2.5          z_B1 = 1              w_B1 = 0 + 1/2 2.5 1 = 1.25
 #                                                                        w_A0 = 0.5 + 1/2 2.5 1/2 = 1.125
 #           traces decay                           z_A0 = 1/4, z_B1 = 1/2
-#   step 3  delta = 4 - w_A0 = 2.875               z_A0 rises:
-#     replacing                                    z_A0 = 1         w_A0 = 1.125 + 1/2 2.875 1 = 2.5625
-#     accumulating                                 z_A0 = 1/4 + 1        w_A0 = 1.125 + 1/2 2.875 1.25 = 2.921875
-#     both                                         z_B1 = 1/2            w_B1 = 1.25 + 1/2 2.875 1/2 = 1.96875
-#     dutch   z_A0 = 1/4 + 1 - 1/2 1/4 = 1.125; step 2 expected w_A0 = 0.5 here, it is 1.125: surprise 0.625
-#             w_A0 = 1.125 + 1/2 (2.875 + 0.625) 1.125 - 1/2 0.625 = 2.78125
-#             w_B1 = 1.25 + 1/2 (2.875 + 0.625) 1/2 = 2.125
+#   step 3  delta = 4 - w_A0 = 2.875               z_B1 = 1/2, z_A0 rises, and the weights become
+#     replacing      z_A0 = 1                      w_A0 = 1.125 + 1/2 2.875 1 = 2.5625
+#                                                  w_B1 = 1.25 + 1/2 2.875 1/2 = 1.96875
+#     accumulating   z_A0 = 1/4 + 1                w_A0 = 1.125 + 1/2 2.875 1.25 = 2.921875
+#                                                  w_B1 = 1.96875
+#     dutch          z_A0 = 1/4 + 1 - 1/2 1/4 = 1.125
+#                    step 2 expected w_A0 = 0.5 here, it is 1.125: surprise 0.625
+#                                                  w_A0 = 1.125 + 1/2 (2.875 + 0.625) 1.125 - 1/2 0.625
+#                                                       = 2.78125
+#                                                  w_B1 = 1.25 + 1/2 (2.875 + 0.625) 1/2 = 2.125
 @pytest.mark.parametrize(
     ("traces", "expected"),
     [("replacing", [2.5625, 1.96875]), ("accumulating", [2.921875, 1.96875]), ("dutch", [2.78125, 2.125])],
