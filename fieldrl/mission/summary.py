@@ -1,0 +1,63 @@
+"""The result of a record in a few numbers: the part of ``summary.json`` that follows from it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+
+def summarise(record: xr.Dataset) -> dict[str, Any]:
+    """Best episode of replicate 0, the same for every replicate, and the pooled estimate.
+
+    Args:
+        record: of a whole run.
+    """
+    table = [replicate_result(record.isel(replicate=i)) for i in range(record.sizes["replicate"])]
+    first = dict(table[0])
+    pooled = first.pop("pooled")
+    return {
+        "replicates": record.sizes["replicate"],
+        "episodes": record.sizes["episode"],
+        "steps": record.sizes["step"],
+        "finished": True,
+        **first,
+        "pooled": pooled,
+        "replicates_table": [{"replicate": i, **row} for i, row in enumerate(table)],
+    }
+
+
+def replicate_result(record: xr.Dataset) -> dict[str, Any]:
+    """Estimate and errors of a replicate's best episode, and what they cost.
+
+    Args:
+        record: of one replicate, without the dimension ``replicate``.
+    """
+    best = int(record["best_episode"])
+    last = record.isel(episode=best, step=-1)
+    names = [str(name) for name in record["parameter"].values]
+    true, theta = record["true"].values, last["theta"].values
+    units = [str(unit) for unit in record["parameter_unit"].values]
+    difference = record["field_estimate"].values - record["field_true"].values
+    return {
+        "parameters": {
+            name: {"true": _number(true[k]), "estimate": _number(theta[k]), "unit": units[k]}
+            for k, name in enumerate(names)
+        },
+        "best_episode": best,
+        **{name: _number(last[name].values) for name in ("e_f", "e_cv", "e_total")},
+        "theta_error": _number(np.linalg.norm(theta - true)),
+        "field_rmse": _number(np.sqrt(np.nanmean(difference**2))),
+        "forward_solves": int(record["forward_solves"].sum()),
+        "pooled": {
+            "parameters": {
+                name: {"estimate": _number(value)}
+                for name, value in zip(names, record["pooled"].values, strict=True)
+            }
+        },
+    }
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if np.isfinite(value) else None
