@@ -32,9 +32,17 @@ def active_features(observation, coder):
         tiles = int(row[3])
         position = (observation[int(row[0])] - row[1]) * row[2]
         for tiling in range(tilings):
-            tile = min(max(math.floor(position + row[4 + tiling]), 0.0), tiles - 1.0)
-            features[tiling] = features[tiling] * tiles + int(tile)
+            tile = _tile(position + row[4 + tiling], tiles)
+            features[tiling] = features[tiling] * tiles + tile
     return features
+
+
+@njit(cache=True)
+def _tile(position, tiles):
+    """The tile that holds a position counted in tiles; the one at the edge beyond, the first for nan."""
+    if position >= tiles:
+        return tiles - 1
+    return math.floor(position) if position > 0.0 else 0
 
 
 @njit(cache=True)

@@ -33,7 +33,8 @@ class Lawnmower(Fixed):
     """Lanes up and down, from the wall of least x to that of greatest x.
 
     Args:
-        margin: how near to a wall it turns, as a fraction of the domain's height, in (0, 0.5).
+        margin: how near to a wall it turns, as a fraction of the domain's height, in (0, 0.5); the larger,
+            the more and the shorter the lanes.
         tolerance: a heading this close to the lane's is kept, > 0 [rad].
     """
 

@@ -10,7 +10,8 @@ displaced in variable j by (k m_j mod T) / T of a tile, where m_j is the variabl
 
 A tile is so wide, range / (tiles - greatest displacement), that every tiling covers the whole range: nothing
 within the bounds is clipped. A value outside them falls into the tile at the edge. Tiles hold their lower
-side; the last one in the most displaced tiling holds the upper bound too.
+side; the last one in the most displaced tiling holds the upper bound too. Tiles do not join across
+-pi and pi where the heading is free.
 """
 
 from __future__ import annotations

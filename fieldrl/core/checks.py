@@ -70,7 +70,7 @@ def show(value: Any) -> str:
 
 def number(key: str, value: Any, unit: str = "") -> float:
     """``value`` as a finite float; raises InvalidValue otherwise."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+    if not _finite(value):
         raise InvalidValue(key, value, "must be a finite number", unit)
     return float(value)
 
@@ -121,11 +121,15 @@ def one_of(key: str, value: Any, choices: Collection[str]) -> str:
 def vector(key: str, value: Any, size: int | None, unit: str = "") -> tuple[float, ...]:
     """``value`` as a tuple of ``size`` finite floats (of any length where ``size`` is None)."""
     rule = "must be a list of numbers" if size is None else f"must be a list of {size} finite numbers"
-    if isinstance(value, str | bytes) or not isinstance(value, Sequence | np.ndarray):
+    if (
+        isinstance(value, str | bytes)
+        or not isinstance(value, Sequence | np.ndarray)
+        or getattr(value, "ndim", 1) == 0
+    ):
         raise InvalidValue(key, value, rule, unit)
     if size is not None and len(value) != size:
         raise InvalidValue(key, value, rule, unit)
-    if any(isinstance(x, bool) or not isinstance(x, Real) or not math.isfinite(x) for x in value):
+    if not all(_finite(x) for x in value):
         raise InvalidValue(key, value, rule, unit)
     return tuple(float(x) for x in value)
 
@@ -145,6 +149,16 @@ def ordered_bounds(lower: Sequence[float], upper: Sequence[float], true: Sequenc
     if not all(low < value < high for low, value, high in zip(lower, true, upper, strict=True)):
         remedy = f"widen lower={list(lower)} and upper={list(upper)}, or move it"
         raise InvalidValue("true", list(true), "must lie inside the bounds", unit, remedy)
+
+
+def _finite(value: Any) -> bool:
+    """Is ``value`` a number that a float can hold?"""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
 
 
 def _ranged(key: str, value: Any, unit: str, rule: str, holds) -> float:

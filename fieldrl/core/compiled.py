@@ -6,7 +6,8 @@ calls it: one cached loop serves every model.
 
 Two signatures are in use (all arrays C-ordered float64):
 
-``MODEL``   (theta (m, p), m, positions (n, 2), times (n,), n, constants, prediction (m, n), jacobian (m, n, p))
+``MODEL``   (theta (m, p), m, positions (n, 2), times (n,), n, constants, prediction (m, n),
+             jacobian (m, n, p))
 ``FLOW``    (theta (p,), constants, x, y, t, velocity (2,))
 """
 

@@ -87,7 +87,8 @@ class Domain:
     def __post_init__(self) -> None:
         _corners(self)
         obstacles = () if self.obstacles is None else self.obstacles
-        if isinstance(obstacles, str) or not all(isinstance(o, Rectangle | Circle) for o in obstacles):
+        listed = isinstance(obstacles, Sequence) and not isinstance(obstacles, str)
+        if not listed or not all(isinstance(o, Rectangle | Circle) for o in obstacles):
             raise checks.InvalidValue("obstacles", obstacles, "must be a list of Rectangle or Circle")
         object.__setattr__(self, "obstacles", tuple(obstacles))
 

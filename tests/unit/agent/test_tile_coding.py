@@ -132,3 +132,9 @@ def test_a_tiled_variable_without_a_range_is_refused():
     high[1] = LOW[1]
     with pytest.raises(InvalidValue, match="variables"):
         TileCoding().coder(LOW, high)
+
+
+def test_an_observation_that_is_not_a_number_stays_within_the_table():
+    coding = TileCoding()
+    active = coding.active(np.full(4, np.nan), coding.coder(LOW, HIGH))
+    assert np.array_equal(active, 64 * np.arange(8))

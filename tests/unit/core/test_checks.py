@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fieldrl.core import checks
 from fieldrl.core.checks import FieldrlError, InvalidValue, SolveFailed
 
-NOT_NUMBERS = [True, "3", None, math.nan, math.inf, -math.inf, 1j, [1.0], np.array([1.0])]
+NOT_NUMBERS = [True, "3", None, math.nan, math.inf, -math.inf, 1j, 10**400, [1.0], np.array([1.0])]
 
 
 def refused(check, *args):
@@ -118,7 +118,7 @@ def test_vectors_become_tuples_of_floats(values):
 
 
 @pytest.mark.parametrize(
-    "value", ["ab", b"ab", 5, None, [1], [1, 2, 3], [1, math.nan], [1, True], [1, "2"], {1, 2}]
+    "value", ["ab", b"ab", 5, None, [1], [1, 2, 3], [1, math.nan], [1, True], [1, "2"], {1, 2}, np.array(1.0)]
 )
 def test_what_is_no_pair_of_numbers_is_refused(value):
     assert "list of 2 finite numbers" in refused(checks.vector, value, 2)

@@ -82,6 +82,7 @@ def test_a_grid_holds_the_centres_of_equal_cells(nx, ny):
         (lambda: Domain((0, np.nan), (10, 10)), "lower"),
         (lambda: Domain((0, 0), "far"), "upper"),
         (lambda: Domain(obstacles="rock"), "obstacles"),
+        (lambda: Domain(obstacles=5), "obstacles"),
         (lambda: Domain(obstacles=[(1, 2)]), "obstacles"),
         (lambda: Rectangle((1, 1), (1, 2)), "upper"),
         (lambda: Circle((1, 1), 0), "radius"),
