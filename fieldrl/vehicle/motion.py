@@ -10,7 +10,9 @@
 | kernel, constants | address of the flow's FLOW function, and what it needs | int, (k,) | - |
 
 The heading is known in closed form; a step in which it reaches its limit is cut there, so that each
-piece is smooth. The compiled helpers share this file because numba's cache follows one file only.
+piece is smooth. In open water and along a wall of uniform flow the error falls with the fourth power of the
+substep; the moment at which the vehicle leaves an obstacle's edge is found to one substep only. The compiled
+helpers share this file because numba's cache follows one file only.
 """
 
 from __future__ import annotations
