@@ -7,12 +7,13 @@ Everything is checked and every component built before anything is computed or w
 from __future__ import annotations
 
 import difflib
+import importlib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import MissingMandatoryValue
+from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from fieldrl.app.places import options
 from fieldrl.core import checks
@@ -27,12 +28,15 @@ def plain(config: DictConfig) -> dict[str, Any]:
     """The configuration as plain dicts and lists, interpolations resolved.
 
     Raises:
-        InvalidValue: a value that must be given is missing.
+        FieldrlError: a value that must be given is missing, or an interpolation leads nowhere.
     """
     try:
         content = OmegaConf.to_container(config, resolve=True, throw_on_missing=True)
     except MissingMandatoryValue as error:
         raise InvalidValue(str(error.full_key), "???", "must be given") from error
+    except OmegaConfBaseException as error:
+        reason = str(error).splitlines()[0]
+        raise FieldrlError(f"{error.full_key}: {reason}") from error
     return {str(key): value for key, value in dict(content).items()}  # type: ignore[arg-type]
 
 
@@ -40,10 +44,10 @@ def check(config: Mapping[str, Any]) -> None:
     """Refuse unknown, missing and null groups and keys of the top level, and impossible numbers."""
     for key, value in config.items():
         if key not in (*GROUPS, *KEYS):
-            raise InvalidValue(key, value, "unknown key", remedy=_suggestion(key, (*KEYS, *GROUPS)))
+            raise InvalidValue(key, value, "unknown key", remedy=suggestion(key, (*KEYS, *GROUPS)))
     for key in (*KEYS, *GROUPS):
         if key not in config:
-            raise InvalidValue(key, "", "is missing", remedy=f"leave out the override ~{key}")
+            raise FieldrlError(f"{key}: is missing; leave out the override ~{key}")
     for group in GROUPS:
         _check_group(group, config[group])
     for key, least in _LEAST.items():
@@ -87,25 +91,27 @@ def _call(target: Callable[..., Any], arguments: dict[str, Any], path: str) -> A
 
 def _check_group(group: str, node: Any) -> None:
     if not isinstance(node, Mapping) or not node.get("_target_"):
-        available = ", ".join(options(group))
-        raise InvalidValue(group, node, "must be an option of this group", remedy=f"choose one of {available}")
+        given = node if not isinstance(node, Mapping) else f"{group} without _target_"
+        remedy = f"choose one of {', '.join(options(group))}"
+        raise InvalidValue(group, given, "must be an option of this group", remedy=remedy)
 
 
 def _check_arguments(target: Callable[..., Any], arguments: Mapping[str, Any], path: str) -> None:
     known = inspect.signature(target).parameters
     for key, value in arguments.items():
+        if not isinstance(key, str):  # YAML reads a bare true, on or 1 as no text
+            raise FieldrlError(f"{path}: the key {str(key).lower()} must be written in quotes in its file")
         if key not in known:
-            raise InvalidValue(f"{path}.{key}", value, "unknown key", remedy=_suggestion(key, known))
+            raise InvalidValue(f"{path}.{key}", value, "unknown key", remedy=suggestion(key, known))
     for key, parameter in known.items():
         if parameter.default is parameter.empty and key not in arguments:
-            raise InvalidValue(f"{path}.{key}", "", "is missing", remedy=f"give {path}.{key}=VALUE")
+            raise FieldrlError(f"{path}.{key}: is missing; give it as {path}.{key}=VALUE")
 
 
 def _locate(target: Any, path: str) -> Callable[..., Any]:
-    from hydra.utils import get_object
-
     try:
-        found = get_object(target)
+        module, _, name = str(target).rpartition(".")
+        found = getattr(importlib.import_module(module), name)
     except Exception as error:  # whatever an import may raise
         raise InvalidValue(f"{path}._target_", target, "cannot be imported", remedy=_reason(error)) from error
     if not callable(found):
@@ -114,15 +120,14 @@ def _locate(target: Any, path: str) -> Callable[..., Any]:
 
 
 def _reason(error: BaseException) -> str:
-    """The first line of the root of an error."""
-    while error.__cause__ is not None:
-        error = error.__cause__
+    """What an error says, on one line."""
     return " ".join(str(error).split())[:120]
 
 
-def _suggestion(key: str, known: Iterable[str]) -> str:
-    """A way out for an unknown key: the nearest known one, and all of them."""
+def suggestion(key: str, known: Iterable[str]) -> str:
+    """A way out for an unknown key: the nearest known one, or all of them."""
     known = list(known)
     near = difflib.get_close_matches(key, known, 1)
-    keys = f"keys here: {', '.join(known)}"
-    return f"did you mean {near[0]}? {keys}" if near else keys
+    if near:
+        return f"did you mean {near[0]}?"
+    return f"the keys here are {', '.join(known)}" if known else "there are no keys here"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fieldrl import __version__
 from fieldrl.app import config as configuration
-from fieldrl.app import console, metrics, runs
+from fieldrl.app import console, files, runs
 from fieldrl.app.parallel import Workers
 from fieldrl.app.progress import Reporter, board
 from fieldrl.app.runs import Run
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
     from fieldrl.app.tracking import Mlflow, Publication, Untracked
     from fieldrl.mission import Mission
+
+    Tracker = Publication | Untracked
 
 
 @dataclass(frozen=True)
@@ -104,37 +106,48 @@ def _perform(job: Job) -> dict[str, Any]:
         raise
 
 
-def _compute(job: Job, mission: Mission, publication: Publication | Untracked, started: float) -> dict[str, Any]:
+def _compute(
+    job: Job, mission: Mission, publication: Tracker, started: float
+) -> dict[str, Any]:
     """Compute, write everything with the summary last, then end the tracking."""
+    from fieldrl.app import metrics
     from fieldrl.figures import draw_run
-    from fieldrl.mission.record import summarise
+    from fieldrl.mission import summarise
 
     console.beginning(job.run.name, job.config, job.workers.count(job.config["replicates"]))
     _begin(job, publication)
     record = _record(job, mission, publication)
     for name, text in job.hydra.items():
-        job.run.write(f".hydra/{name}", functools.partial(_write_text, text))
+        job.run.write(f".hydra/{name}", functools.partial(files.write_text, text))
     job.run.write("record.nc", functools.partial(record.to_netcdf, engine="h5netcdf"))
     job.run.write("figures", functools.partial(draw_run, record))
-    summary = _heading(job) | summarise(record) | {"seconds": round(time.time() - started, 3)}
-    job.run.write("summary.json", functools.partial(_write_text, json.dumps(summary, indent=2) + "\n"))
-    problem = publication.finish(job.run.folder, metrics.final(summary), metrics.median(record))
+    each = metrics.each(record)
+    result = summarise(record) | {"noise": record.attrs["noise"], "greedy": metrics.greedy(each)}
+    summary = _heading(job) | result | {"seconds": round(time.time() - started, 3)}
+    job.run.write("summary.json", functools.partial(files.write_text, json.dumps(summary, indent=2) + "\n"))
+    problem = publication.finish(job.run.folder, metrics.final(summary), metrics.middle(each))
     console.result(summary, job.run, problem)
     return summary
 
 
-def _record(job: Job, mission: Mission, publication: Publication | Untracked) -> xr.Dataset:
+def _record(job: Job, mission: Mission, publication: Tracker) -> xr.Dataset:
     """Compute every replicate, showing progress; each is told to the tracking when it is finished."""
-    from fieldrl.mission.record import combine
+    import numpy as np
+
+    from fieldrl.app import metrics
+    from fieldrl.mission import combine
 
     found: dict[int, xr.Dataset] = {}
+    parameters = mission.water.parameters
+    known = parameters.names, np.array(parameters.true or np.full(len(parameters), np.nan))
     replicates, episodes = job.config["replicates"], job.config["episodes"]
     with board(replicates, episodes, console.console()) as reporter:
         task = Replicate(mission, job.config["seed"], tuple(reporter(i) for i in range(replicates)))
         for number, replicate in job.workers.run(task, replicates):
             found[number] = replicate
-            publication.replicate(number, metrics.series(replicate), metrics.evaluation(replicate))
-    record = combine([found[number] for number in range(replicates)])
+            series = metrics.series(replicate, *known)
+            publication.replicate(number, series, metrics.evaluation(replicate, *known))
+    record = combine([found[number] for number in range(replicates)], mission)
     return record.assign_attrs(
         experiment=job.run.experiment, key=job.run.key, seed=job.config["seed"], version=__version__
     )
@@ -151,16 +164,18 @@ def _publish(job: Job, summary: Mapping[str, Any]) -> str:
     """Track a run that is on disk."""
     import xarray as xr
 
+    from fieldrl.app import metrics
+
     publication = job.tracking.start(job.run.output_dir)
     _begin(job, publication)
     with xr.open_dataset(job.run.folder / "record.nc", engine="h5netcdf") as record:
-        for number in range(record.sizes["replicate"]):
-            replicate = record.isel(replicate=number)
-            publication.replicate(number, metrics.series(replicate), metrics.evaluation(replicate))
-        return publication.finish(job.run.folder, metrics.final(summary), metrics.median(record))
+        each = metrics.each(record)
+        for number, (series, evaluation) in enumerate(each):
+            publication.replicate(number, series, evaluation)
+        return publication.finish(job.run.folder, metrics.final(summary), metrics.middle(each))
 
 
-def _begin(job: Job, publication: Publication | Untracked) -> None:
+def _begin(job: Job, publication: Tracker) -> None:
     publication.begin(
         experiment=job.run.experiment,
         name=job.run.name,
@@ -175,7 +190,3 @@ def _heading(job: Job) -> dict[str, Any]:
     names = ("seed", "replicates", "episodes", "steps")
     heading = {"experiment": job.run.experiment, "key": job.run.key}
     return heading | {name: job.config[name] for name in names} | {"finished": True, "version": __version__}
-
-
-def _write_text(text: str, path: Path) -> None:
-    path.write_text(text)

@@ -11,34 +11,49 @@ import hydra
 from hydra._internal.utils import get_args_parser
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError
 
 from fieldrl.app import config as configuration
 from fieldrl.app import places
-from fieldrl.core.checks import FieldrlError, InvalidValue
+from fieldrl.app.errors import explain, refused
+from fieldrl.core.checks import FieldrlError
 
 
-def launch(arguments: Sequence[str]) -> None:
+def launch(arguments: Sequence[str], full_error: bool = False) -> None:
     """Compose and run.
 
+    Args:
+        arguments: the command line.
+        full_error: raise the errors of Hydra and of a sweep's jobs as they are.
+
     Raises:
-        Exception: whatever Hydra, OmegaConf or a component raise, unrendered.
+        FieldrlError: the command line is refused, or a job of a sweep failed.
+        Exception: whatever a single job raises.
     """
     _check_usage(arguments)
     failures: list[Exception] = []
 
     def job(config: DictConfig) -> None:
-        if HydraConfig.get().mode == RunMode.MULTIRUN:
-            one_job(config)  # a sweep goes on and raises the first failure at its end
-            return
+        sweep = HydraConfig.get().mode == RunMode.MULTIRUN
         try:
             one_job(config)
-        except Exception as error:  # Hydra would print a line of its own about it
-            failures.append(error)
+        except Exception as error:
+            if not sweep:  # raised below; Hydra would print a line of its own about it
+                failures.append(error)
+            else:  # Hydra goes on with the others and raises the first failure at the end
+                raise error if full_error else FieldrlError(explain(error)) from error
 
-    with _command_line(arguments):
-        hydra.main(config_path=str(places.directory()), config_name="config", version_base="1.3")(job)()
+    try:
+        with _command_line(arguments):
+            hydra.main(config_path=str(places.directory()), config_name="config", version_base="1.3")(job)()
+    except (HydraException, OmegaConfBaseException, ValueError, TypeError, YAMLError) as error:
+        if full_error or isinstance(error, FieldrlError):
+            raise
+        raise refused(error, arguments) from error
     if failures:
         raise failures[0]
 
@@ -48,10 +63,7 @@ def one_job(config: DictConfig) -> None:
     from fieldrl.app.job import Job, perform
 
     settings = HydraConfig.get()
-    experiment = settings.runtime.choices.get("experiment")
-    if not experiment:
-        available = ", ".join(places.options("experiment"))
-        raise InvalidValue("experiment", experiment, "must be an experiment", remedy=f"choose one of {available}")
+    experiment = str(settings.runtime.choices["experiment"])
     plain = configuration.plain(config)
     files = {
         "config.yaml": OmegaConf.to_yaml(config),
@@ -62,13 +74,19 @@ def one_job(config: DictConfig) -> None:
 
 
 def _check_usage(arguments: Sequence[str]) -> None:
+    """Refuse options that Hydra does not have, and groups without an option."""
     parser = get_args_parser()
 
     def refuse(message: str) -> None:
-        raise FieldrlError(f"{message}\nfieldrl --help shows how the command is used")
+        raise FieldrlError(f"{message}; fieldrl --help shows how the command is used")
 
     parser.error = refuse  # type: ignore[method-assign, assignment]
-    parser.parse_args(list(arguments))
+    for override in parser.parse_args(list(arguments)).overrides:
+        key, _, option = override.partition("=")
+        group = key.lstrip("+~")
+        if group in (*configuration.GROUPS, "experiment") and (option in ("", "null") or key.startswith("~")):
+            choices = ", ".join(places.options(group))
+            raise FieldrlError(f"{override}: a run needs an option of this group; choose one of {choices}")
 
 
 @contextmanager

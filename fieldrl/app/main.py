@@ -28,20 +28,22 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _guarded(arguments: list[str]) -> int:
     """Compose and run; every error ends here."""
-    wanted = os.environ.get("HYDRA_FULL_ERROR") == "1"
+    full_error = os.environ.get("HYDRA_FULL_ERROR") == "1"
     try:
         from fieldrl.app.launch import launch
 
-        launch(arguments)
+        launch(arguments, full_error)
     except KeyboardInterrupt:
-        print("\ninterrupted; finished runs are kept, the same command starts this one again", file=sys.stderr)
+        print(
+            "\ninterrupted; finished runs are kept, the same command starts this one again", file=sys.stderr
+        )
         return 130
     except Exception as error:
-        if wanted:
+        if full_error:
             raise
         from fieldrl.app.errors import explain
 
-        print(explain(error, arguments), file=sys.stderr)
+        print(explain(error), file=sys.stderr)
         return 1
     return 0
 

@@ -1,46 +1,56 @@
-"""What a record looks like as MLflow metrics: names and series, no MLflow."""
+"""What a record looks like as metrics: names and series by episode; no MLflow."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Series = dict[str, NDArray[np.float64]]
 
 
-def series(replicate: xr.Dataset) -> Series:
+def series(replicate: xr.Dataset, names: Sequence[str], true: ArrayLike) -> Series:
     """Metrics of a replicate by learning episode, each (episodes,).
 
     Args:
         replicate: a record without the dimension replicate.
+        names: of the parameters, (p,).
+        true: their true values, (p,), NaN where nobody knows them.
     """
-    last = replicate.isel(step=-1)
-    names = [str(name) for name in replicate["parameter"].values]
-    theta = np.asarray(last["theta"].transpose("episode", "parameter").values, dtype=float)
-    found = {"return": _values(replicate["return"])}
-    found |= {name: _values(last[name]) for name in ("e_f", "e_cv", "e_total")}
-    found |= {f"theta.{name}": theta[:, i] for i, name in enumerate(names)}
-    error = np.linalg.norm(theta - replicate["true"].values, axis=-1)
-    return found if np.isnan(error).all() else found | {"theta_error": error}
+    return _by_episode(replicate, "", names, true)
 
 
-def evaluation(replicate: xr.Dataset) -> Series:
+def evaluation(replicate: xr.Dataset, names: Sequence[str], true: ArrayLike) -> Series:
     """Metrics of a replicate by evaluation episode of the greedy policy, each (evaluation episodes,)."""
     if not replicate.sizes.get("evaluation_episode"):
         return {}
-    e_total = replicate["evaluation_e_total"]
-    last = e_total.isel(step=-1) if "step" in e_total.dims else e_total
-    return {"evaluation.return": _values(replicate["evaluation_return"]), "evaluation.e_total": _values(last)}
+    found = _by_episode(replicate, "evaluation_", names, true)
+    return {f"evaluation.{name}": values for name, values in found.items()}
 
 
-def median(record: xr.Dataset) -> Series:
-    """``series`` of each replicate, as medians over the replicates."""
-    each = [series(record.isel(replicate=i)) for i in range(record.sizes["replicate"])]
-    return {name: np.median([found[name] for found in each], axis=0) for name in each[0]}
+def each(record: xr.Dataset) -> list[tuple[Series, Series]]:
+    """``series`` and ``evaluation`` of every replicate of a whole record."""
+    names, true = [str(name) for name in record["parameter"].values], record["true"].values
+    replicates = (record.isel(replicate=i) for i in range(record.sizes["replicate"]))
+    return [(series(item, names, true), evaluation(item, names, true)) for item in replicates]
+
+
+def middle(replicates: Sequence[tuple[Series, Series]]) -> Series:
+    """Medians over the replicates of ``each``, episode by episode."""
+    merged = [learning | greedy for learning, greedy in replicates]
+    return {name: np.median([found[name] for found in merged], axis=0) for name in merged[0]}
+
+
+def greedy(replicates: Sequence[tuple[Series, Series]]) -> list[dict[str, float]]:
+    """For each replicate of ``each``: medians over the evaluation episodes; empty where there are none."""
+    return [
+        {name.removeprefix("evaluation."): float(np.median(values)) for name, values in found.items()}
+        for _, found in replicates
+        if found
+    ]
 
 
 def final(summary: Mapping[str, Any]) -> dict[str, float]:
@@ -48,9 +58,19 @@ def final(summary: Mapping[str, Any]) -> dict[str, float]:
     names = ("e_f", "e_cv", "e_total", "theta_error", "field_rmse")
     found = {f"best.{name}": summary[name] for name in names}
     found |= {f"best.theta.{name}": value["estimate"] for name, value in summary["parameters"].items()}
+    found |= {f"pooled.{name}": value["estimate"] for name, value in summary["pooled"]["parameters"].items()}
     found |= {name: summary[name] for name in ("forward_solves", "seconds")}
     return {name: float(value) for name, value in found.items() if value is not None}
 
 
-def _values(array: xr.DataArray) -> NDArray[np.float64]:
-    return np.asarray(array.values, dtype=float)
+def _by_episode(replicate: xr.Dataset, prefix: str, names: Sequence[str], true: ArrayLike) -> Series:
+    """Return, errors and estimate at the end of each episode."""
+    last = replicate.isel(step=-1)
+    theta = np.asarray(last[f"{prefix}theta"].values, dtype=float)
+    found = {"return": np.asarray(replicate[f"{prefix}return"].values, dtype=float)}
+    found |= {
+        name: np.asarray(last[f"{prefix}{name}"].values, dtype=float) for name in ("e_f", "e_cv", "e_total")
+    }
+    found |= {f"theta.{name}": theta[:, i] for i, name in enumerate(names)}
+    error = np.linalg.norm(theta - np.asarray(true), axis=-1)
+    return found if np.isnan(error).all() else found | {"theta_error": error}

@@ -55,7 +55,9 @@ class View:
             return cls(client, parent, [parent])
         nested = dict(tags) | {"mlflow.parentRunId": parent}
         runs = [
-            client.create_run(experiment_id, run_name=f"{name} replicate {i}", tags=nested | {"replicate": str(i)})
+            client.create_run(
+                experiment_id, run_name=f"{name} replicate {i}", tags=nested | {"replicate": str(i)}
+            )
             for i in range(replicates)
         ]
         return cls(client, parent, [run.info.run_id for run in runs])
@@ -65,7 +67,7 @@ class View:
         run_id = self.children[number]
         log_series(self.client, run_id, {**series, **evaluation})
         if run_id != self.run_id:
-            self.client.set_terminated(run_id, "FINISHED")
+            self._terminate(run_id, "FINISHED")
 
     def finish(self, folder: Path, metrics: Mapping[str, float], series: Mapping[str, Any]) -> None:
         """Final metrics and the files of the run; ``series`` sums up several replicates."""
@@ -76,15 +78,17 @@ class View:
             self.client.log_artifact(self.run_id, str(folder / name))
         self.client.log_artifacts(self.run_id, str(folder / "figures"), "figures")
         self.client.log_artifacts(self.run_id, str(folder / ".hydra"), "config")
-        self.client.set_tag(self.run_id, "status", "finished")
-        self.client.set_terminated(self.run_id, "FINISHED")
+        self._terminate(self.run_id, "FINISHED")
 
     def end(self, status: str) -> None:
         """End what is still running, as FAILED or KILLED."""
         for run_id in {self.run_id, *self.children}:
             if self.client.get_run(run_id).info.status == "RUNNING":
-                self.client.set_tag(run_id, "status", status.lower())
-                self.client.set_terminated(run_id, status)
+                self._terminate(run_id, status)
+
+    def _terminate(self, run_id: str, status: str) -> None:
+        self.client.set_tag(run_id, "status", status.lower())
+        self.client.set_terminated(run_id, status)
 
 
 def default_uri(output_dir: Path) -> str:
@@ -176,5 +180,3 @@ def _key(name: str) -> str:
 def _text(value: Any) -> str:
     text = value if isinstance(value, str) else json.dumps(value)
     return text[:6000]
-
-

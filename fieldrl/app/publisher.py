@@ -71,7 +71,9 @@ def _publish(incoming: Iterator[Message]) -> str:
             elif view is not None and kind == "replicate":
                 view.replicate(**content)
             elif view is not None and kind == "finish":
-                view.finish(Path(content["folder"]), content["metrics"], content["series"])
+                folder = Path(content["folder"])
+                view.finish(folder, content["metrics"], content["series"])
+                (folder / "tracking.json").write_text(json.dumps({"run_id": view.run_id}) + "\n")
                 return view.run_id
     except BaseException:
         _end(view, "FAILED")

@@ -1,17 +1,13 @@
 """A run is its configuration: the same results have the same key and the same folder.
 
 ``outputs/runs/<experiment>-<key>/`` holds ``.hydra/``, ``record.nc``, ``figures/`` and, written last,
-``summary.json``, whose existence says that the run is finished. Every file is written beside its place
-and moved there when it is complete, so that neither a kill nor a full disk destroys what was finished.
+``summary.json``, whose existence says that the run is finished.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,7 +16,8 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from fieldrl.core.checks import FieldrlError, InvalidValue
+from fieldrl.app import files
+from fieldrl.core.checks import InvalidValue
 
 RESULTS = 1
 """Version of the results: raise it when the same configuration gives other numbers than before."""
@@ -81,8 +78,8 @@ class Run:
         return summary if complete and (self.folder / "record.nc").exists() else None
 
     def write(self, name: str, writer: Callable[[Path], Any]) -> Path:
-        """Let ``writer`` write a file or fill a folder beside its place, then move it there."""
-        return write(self.folder / name, writer)
+        """Write a file or folder of the run, atomically; see ``files.write``."""
+        return files.write(self.folder / name, writer)
 
     @contextmanager
     def held(self, waiting: Callable[[], Any]) -> Iterator[bool]:
@@ -91,7 +88,7 @@ class Run:
         Yields:
             Whether another process held it; ``waiting`` is called before waiting for that.
         """
-        lock = FileLock(make_folder(self.output_dir / ".locks") / f"{self.name}.lock")
+        lock = FileLock(self._locks() / f"{self.name}.lock")
         waited = False
         try:
             lock.acquire(timeout=0)
@@ -104,55 +101,12 @@ class Run:
         finally:
             lock.release()
 
-
-def make_folder(path: Path) -> Path:
-    """Make a folder and its parents; says which key to change where that is impossible."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        rule = f"cannot be written ({error.strerror})"
-        raise InvalidValue("output_dir", str(path), rule, remedy="choose another with output_dir=FOLDER") from error
-    return path
-
-
-def write(path: Path, writer: Callable[[Path], Any]) -> Path:
-    """Let ``writer`` write a file or folder at a temporary path, then move it to ``path``.
-
-    Raises:
-        FieldrlError: the disk is full or the folder cannot be written; what stood at ``path`` still does.
-    """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        writer(temporary)
-        _replace(temporary, path)
-    except OSError as error:
-        reason = error.strerror or _first_line(error)
-        raise FieldrlError(
-            f"{path}: cannot be written ({reason}); finished runs are untouched.\n"
-            "Free some space or choose another place with output_dir=FOLDER, then repeat the command."
-        ) from error
-    finally:
-        _remove(temporary)
-    return path
-
-
-def _replace(temporary: Path, path: Path) -> None:
-    """Move a complete file or folder to its place; a folder that stands there makes way first."""
-    if temporary.is_dir() and path.is_dir():
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as aside:
-            os.replace(path, Path(aside) / "old")
-            os.replace(temporary, path)
-    else:
-        os.replace(temporary, path)
-
-
-def _remove(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)
-
-
-def _first_line(error: BaseException) -> str:
-    return str(error).splitlines()[0] if str(error) else type(error).__name__
+    def _locks(self) -> Path:
+        """The folder of the lock files, made where it is missing."""
+        folder = self.output_dir / ".locks"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            rule, remedy = f"cannot be written ({error.strerror})", "choose another folder"
+            raise InvalidValue("output_dir", str(self.output_dir), rule, remedy=remedy) from error
+        return folder

@@ -17,5 +17,8 @@ def mission(config: Mapping[str, Any]) -> Mission:
     Raises:
         InvalidValue: with the full key of the value that a component, or the mission as a whole, refuses.
     """
-    built = {name: configuration.build(config[name], name) for name in ("pde", "vehicle", "agent", "estimator", "reward")}
+    built = {
+        name: configuration.build(config[name], name)
+        for name in ("pde", "vehicle", "agent", "estimator", "reward")
+    }
     return Mission(water=built.pop("pde"), **built, **{key: config[key] for key in _BUDGET})

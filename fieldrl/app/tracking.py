@@ -123,7 +123,9 @@ class Publication:
         except subprocess.TimeoutExpired:
             self._kill()
             problem = f"no answer within {self._patience:g} s (tracking.patience)"
-        return f"MLflow did not take this run: {problem}. Its results are complete on disk." if problem else ""
+        return (
+            f"MLflow did not take this run: {problem}. Its results are complete on disk." if problem else ""
+        )
 
     def abandon(self) -> None:
         """The run failed or was interrupted: the publisher marks what it has begun and ends."""
