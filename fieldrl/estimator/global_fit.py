@@ -18,11 +18,13 @@ from fieldrl.estimator.coarse_search import (
     squared_residuals,
     totals,
 )
-from fieldrl.estimator.levenberg_marquardt import loss_of, minimise, workspace
+from fieldrl.estimator.levenberg_marquardt import loss_of, minimise, spread, workspace
 
 _SAME = 1e-5  # minima closer than this in every scaled unknown are one
 _PROMISING = 4.0  # a known minimum is a start when its loss is below this times the best
-_FEW = 13  # with fewer samples a minimum may have a twin closer than the grid sees
+_DETERMINED = 0.2  # a minimum known to this part of a grid cell has no twin closer than the grid sees
+_FEW = 6  # with fewer samples a fold's lowest grid points are starts, local minima or not
+_MORE = 4  # so many times the starts
 _NEAR, _FAR = 1e-6, 1e-3  # first damping from a known minimum, from a grid point
 
 
@@ -51,9 +53,10 @@ def global_fit(model, samples, tikhonov, weights, search, starts, stop, u, loss,
     losses = _grid_losses(total, grid, times.size, tikhonov)
     lowest, work = np.empty(starts, dtype=np.int64), workspace(times.size, u.shape[1])
     found = lowest_minima(losses, points, grid.shape[1], lowest)
-    minima, kept = np.empty((starts, u.shape[1])), np.empty((starts, times.size))
+    room = starts + 2 * u.shape[1]
+    minima, kept = np.empty((room, u.shape[1])), np.empty((room, times.size))
     loss[0], best, _, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], minima, kept, stop, work
+        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, kept, stop, work
     )
     u[0], residuals[0] = minima[best], kept[best]
     return evaluations + len(grid)
@@ -89,27 +92,24 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     lowest, work = np.empty(starts, dtype=np.int64), workspace(n, p)
     losses = _grid_losses(total, grid, n, tikhonov)
     found = lowest_minima(losses, points, p, lowest)
-    minima, kept = np.empty((starts, p)), np.empty((starts, n))
+    room = starts + 2 * p
+    minima, kept = np.empty((room, p)), np.empty((room, n))
     loss[0], best, count, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], minima, kept, stop, work
+        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, kept, stop, work
     )
     u[0], residuals[0] = minima[best], kept[best]
     open_cells = _open_cells(total, largest, lowest[:found])
-    own, fold_losses = np.empty(starts, dtype=np.int64), np.empty(size)
+    few, fold_losses = n < _FEW, np.empty(size)
+    own = np.empty(_MORE * starts if few else starts, dtype=np.int64)
     for fold in range(1, n + 1):
-        extra = _own_minima(total, squared[fold - 1], open_cells, lowest[:found], points, p, fold_losses, own)
+        extra = _own_minima(
+            total, squared[fold - 1], few, open_cells, lowest[:found], points, p, fold_losses, own
+        )
         loss[fold], used = _fold_fit(
-            model, samples, weights[fold], tikhonov, minima[:count], kept, grid, own[:extra],
+            model, samples, weights[fold], tikhonov, minima[:count], kept, grid, own[:extra], 2.0 / points,
             stop, work, u[fold], residuals[fold],
         )  # fmt: skip
         evaluations += used
-    if n < _FEW:
-        for fold in range(n + 1):
-            loss[fold], used = _twin(
-                model, samples, weights[fold], tikhonov, 2.0 / points, loss[fold], stop, work,
-                u[fold], residuals[fold],
-            )  # fmt: skip
-            evaluations += used
     return evaluations + size
 
 
@@ -124,24 +124,41 @@ def _grid_losses(total, grid, n, tikhonov):
 
 
 @njit(cache=True)
-def _full_fit(model, samples, weights, tikhonov, grid, lowest, minima, kept, stop, work):
-    """Descend from the chosen grid points and keep the distinct minima with their residuals.
+def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, kept, stop, work):
+    """Descend from the chosen grid points, and beside the best minimum where it is poorly determined;
+    keep the distinct minima with their residuals.
 
     Returns:
         Least loss, its place, number of distinct minima, evaluations.
     """
-    count, best, least, evaluations = 0, 0, np.inf, 0
-    for g in lowest:
-        minima[count] = grid[g]
+    p, count, best, least, evaluations = grid.shape[1], 0, 0, np.inf, 0
+    beside, width = np.empty((2 * p, p)), 0.0
+    for start in range(len(lowest) + 2 * p):
+        if start < len(lowest):
+            minima[count] = grid[lowest[start]]
+        elif width < _DETERMINED * cell:
+            break
+        else:
+            if start == len(lowest):
+                _shift(minima[best], cell, beside)
+            minima[count] = beside[start - len(lowest)]
         reached, used = minimise(
             model, samples, weights, tikhonov, minima[count], kept[count], _FAR, least, stop, work
         )
         evaluations += used
         if _is_new(minima, count):
             if reached < least:
-                least, best = reached, count
+                least, best, width = reached, count, spread(reached, samples[1].size, work)
             count += 1
     return least, best, count, evaluations
+
+
+@njit(cache=True)
+def _shift(u, cell, beside):
+    """Points one grid cell beside u along each axis, within the box, written in place, (2p, p)."""
+    for k in range(len(beside)):
+        beside[k] = u
+        beside[k, k // 2] = min(1.0, max(-1.0, u[k // 2] + (cell if k % 2 else -cell)))
 
 
 @njit(cache=True)
@@ -162,7 +179,7 @@ def _open_cells(total, largest, lowest):
 
 
 @njit(cache=True)
-def _own_minima(total, row, open_cells, lowest, points, p, losses, own):
+def _own_minima(total, row, few, open_cells, lowest, points, p, losses, own):
     """Local minima of the grid less one sample that are no start of the full fit; returns their number."""
     for g in range(total.size):
         losses[g] = total[g] - row[g]
@@ -170,47 +187,40 @@ def _own_minima(total, row, open_cells, lowest, points, p, losses, own):
     for g in open_cells:
         if found == own.size and losses[g] >= losses[own[found - 1]]:
             continue
-        if is_minimum(losses, g, points, p) and not np.any(lowest == g):
+        if (few or is_minimum(losses, g, points, p)) and not np.any(lowest == g):
             found = insert(losses, own, found, g)
     return found
 
 
 @njit(cache=True)
-def _fold_fit(model, samples, weights, tikhonov, minima, kept, grid, own, stop, work, u, residuals):
-    """One fold from the full fit's minima and its own grid minima. Returns its loss and evaluations."""
-    outlook, least, evaluations = np.empty(len(minima)), np.inf, 0
-    for m in range(len(minima)):
+def _fold_fit(model, samples, weights, tikhonov, minima, kept, grid, own, cell, stop, work, u, residuals):
+    """One fold from the full fit's minima, from its own grid minima, and beside the best of these where
+    it is poorly determined. Returns its loss and the evaluations."""
+    known, chosen, p = len(minima), len(minima) + len(own), u.size
+    outlook, least, evaluations, width = np.empty(known), np.inf, 0, 0.0
+    for m in range(known):
         outlook[m] = loss_of(kept[m], weights, minima[m], tikhonov)
     bar = _PROMISING * outlook.min()
-    trial, trial_residuals = np.empty(u.size), np.empty(residuals.size)
-    for m in range(len(minima) + len(own)):
-        if m < len(minima) and outlook[m] > bar:
-            continue
-        trial[:] = minima[m] if m < len(minima) else grid[own[m - len(minima)]]
-        damping = _NEAR if m < len(minima) else _FAR
+    trial, trial_residuals, beside = np.empty(p), np.empty(residuals.size), np.empty((2 * p, p))
+    for start in range(chosen + 2 * p):
+        if start < known:
+            if outlook[start] > bar:
+                continue
+            trial[:] = minima[start]
+        elif start < chosen:
+            trial[:] = grid[own[start - known]]
+        elif width < _DETERMINED * cell:
+            break
+        else:
+            if start == chosen:
+                _shift(u, cell, beside)
+            trial[:] = beside[start - chosen]
+        damping = _NEAR if start < known else _FAR
         reached, used = minimise(
             model, samples, weights, tikhonov, trial, trial_residuals, damping, least, stop, work
         )
         evaluations += used
         if reached < least:
-            least = reached
-            u[:], residuals[:] = trial, trial_residuals
-    return least, evaluations
-
-
-@njit(cache=True)
-def _twin(model, samples, weights, tikhonov, cell, least, stop, work, u, residuals):
-    """Look for a lower minimum one grid cell away from u along each axis, in place."""
-    centre, evaluations = u.copy(), 0
-    trial, trial_residuals = np.empty(u.size), np.empty(residuals.size)
-    for k in range(2 * u.size):
-        trial[:] = centre
-        trial[k // 2] = min(1.0, max(-1.0, trial[k // 2] + (cell if k % 2 else -cell)))
-        reached, used = minimise(
-            model, samples, weights, tikhonov, trial, trial_residuals, _FAR, least, stop, work
-        )
-        evaluations += used
-        if reached < least:
-            least = reached
+            least, width = reached, spread(reached, residuals.size - 1, work)
             u[:], residuals[:] = trial, trial_residuals
     return least, evaluations

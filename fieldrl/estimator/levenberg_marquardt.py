@@ -241,3 +241,21 @@ def _advance(u, step, trial):
         trial[k] = min(1.0, max(-1.0, u[k] + step[k]))
         moved = max(moved, abs(trial[k] - u[k]))
     return moved
+
+
+@njit(cache=True)
+def spread(loss, n, work):
+    """Largest standard deviation of a scaled unknown where the last descent ended.
+
+    Takes the loss for the variance of a sample, as if the descent had fitted n of them.
+    """
+    (_, _, gradient, step, metric, _), _, (matrix, factor), _, free = _unpack(work)
+    free[:] = True
+    largest = 0.0
+    for k in range(step.size):
+        gradient[:] = 0.0
+        gradient[k] = -1.0
+        if not _solve(matrix, metric, gradient, free, 0.0, factor, step):
+            return np.inf
+        largest = max(largest, step[k])
+    return math.sqrt(loss / max(n, 1) * largest)
