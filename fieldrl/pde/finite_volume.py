@@ -1,0 +1,335 @@
+"""Compiled stencils of the finite-volume scheme, Eq. (29).
+
+The unknowns are cell averages. On the face between two cells the flux is
+
+    F = U C + U' M - |U| D - rho G
+
+| symbol | meaning | lives on |
+|---|---|---|
+| U | mean normal velocity of the face, the difference of psi between its two vertices | face |
+| C, D, G | value, upwind dissipation and normal gradient from the K cells on either side, order 2K (2K - 1) | face |
+| U', M | slope of U along the face, first moment of the value along it: the mean of a product is not the product of means | face |
+| psi | streamfunction, with one extrapolated vertex outside every wall | vertices (nx + 3, ny + 3) |
+
+Differences of psi are exactly divergence-free, so a constant field stays constant; what leaves a cell
+enters its neighbour, so mass is kept to rounding. Walls mirror the field (homogeneous Neumann).
+
+Arrays are flat with K ghost cells on every side and rows along y padded to whole vectors; indices are
+unsigned because numba wraps signed ones round, which keeps LLVM from vectorising the loops.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, uintp
+from numpy.typing import NDArray
+
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
+VECTOR = 8  # numbers in the widest vector register
+_0, _1, _2, _3, _8 = uintp(0), uintp(1), uintp(2), uintp(3), uintp(VECTOR)
+_NEAR, _FAR = 41 / 720, -11 / 1440  # first moment of a row of averages, exact for cubics
+
+EVEN = {
+    3: (7 / 12, -1 / 12),
+    5: (37 / 60, -2 / 15, 1 / 60),
+    7: (533 / 840, -139 / 840, 29 / 840, -1 / 280),
+    9: (1627 / 2520, -473 / 2520, 127 / 2520, -23 / 2520, 1 / 1260),
+}
+UPWIND = {
+    3: (1 / 4, -1 / 12),
+    5: (1 / 6, -1 / 12, 1 / 60),
+    7: (1 / 8, -3 / 40, 1 / 40, -1 / 280),
+    9: (1 / 10, -1 / 15, 1 / 35, -1 / 140, 1 / 1260),
+}
+GRADIENT = {
+    3: (5 / 4, -1 / 12),
+    5: (49 / 36, -5 / 36, 1 / 90),
+    7: (205 / 144, -127 / 720, 17 / 720, -1 / 560),
+    9: (5269 / 3600, -731 / 3600, 883 / 25200, -13 / 2800, 1 / 3150),
+}
+
+
+class Stencils(NamedTuple):
+    """Weights of the cells on either side of a face, nearest first, (K,) each, and 1 / cell size.
+
+    Args:
+        even: of the sum of a pair, for the value C.
+        upwind: of its difference, for the dissipation D.
+        diffusion_x: of its difference, for rho G through faces normal to x [length/time].
+        diffusion_y: the same for faces normal to y [length/time].
+        per_x: 1 / cell size in x [1/length].
+        per_y: 1 / cell size in y [1/length].
+    """
+
+    even: tuple[float, ...]
+    upwind: tuple[float, ...]
+    diffusion_x: tuple[float, ...]
+    diffusion_y: tuple[float, ...]
+    per_x: float
+    per_y: float
+
+
+class Walls(NamedTuple):
+    """Obstacles as the stencils see them; every array is empty where there are none.
+
+    Args:
+        cells: flat indices of the padded cells that are solid, (s,).
+        nearest: the water cell from which each takes its value, (s,).
+        open_x: 1 where water can pass a face normal to x, else 0, (nx + 1, padded ny).
+        open_y: the same for faces normal to y, (nx, padded ny + 1).
+    """
+
+    cells: NDArray[np.int64]
+    nearest: NDArray[np.int64]
+    open_x: NDArray[np.float64]
+    open_y: NDArray[np.float64]
+
+
+class Layout(NamedTuple):
+    """Sizes of a padded array of cells.
+
+    Args:
+        nx, ny: cells.
+        ghosts: K, ghost cells on each side.
+        row: numbers from one row along y to the next.
+        whole: ny rounded up to whole vectors.
+    """
+
+    nx: int
+    ny: int
+    ghosts: int
+    row: int
+    whole: int
+
+
+class Scratch(NamedTuple):
+    """Rows that are worked on; made once per solve."""
+
+    flux_x: NDArray[np.float64]
+    flux_y: NDArray[np.float64]
+    moment_x: NDArray[np.float64]
+    moment_y: NDArray[np.float64]
+
+
+def stencils(order: int, diffusivity: float, cell: tuple[float, float]) -> Stencils:
+    """The weights for an order (3, 5, 7, 9), rho [length^2/time] and the cell size (x, y) [length]."""
+    along_x, along_y = (tuple(w * diffusivity / h for w in GRADIENT[order]) for h in cell)
+    return Stencils(EVEN[order], UPWIND[order], along_x, along_y, 1 / cell[0], 1 / cell[1])
+
+
+def layout(order: int, nx: int, ny: int) -> Layout:
+    """The padded array for nx times ny cells."""
+    ghosts = (order + 1) // 2
+    whole = -(-(ny + 1) // VECTOR) * VECTOR
+    return Layout(nx, ny, ghosts, 2 * ghosts + whole + VECTOR, whole)
+
+
+def scratch(shape: Layout) -> Scratch:
+    """Working rows for a layout."""
+    row = shape.whole + VECTOR
+    return Scratch(np.zeros(2 * row), np.zeros(row), np.zeros(4 * row), np.zeros(row + VECTOR))
+
+
+def padded(averages: NDArray[np.float64], shape: Layout) -> NDArray[np.float64]:
+    """Cell averages (nx, ny) as a flat padded array, ghosts zero."""
+    cells = np.zeros((shape.nx + 2 * shape.ghosts + 1, shape.row))
+    cells[shape.ghosts : shape.ghosts + shape.nx, shape.ghosts : shape.ghosts + shape.ny] = averages
+    return cells.ravel()
+
+
+def interior(cells: NDArray[np.float64], shape: Layout) -> NDArray[np.float64]:
+    """The cell averages (nx, ny) in a flat padded array, a view."""
+    grid = cells.reshape(-1, shape.row)
+    return grid[shape.ghosts : shape.ghosts + shape.nx, shape.ghosts : shape.ghosts + shape.ny]
+
+
+@njit(**OPTIONS)
+def mirror(c, shape):
+    """Fill the ghosts of c so that the field is even about every wall."""
+    nx, ny, g, row = shape.nx, shape.ny, shape.ghosts, shape.row
+    for i in range(g, nx + g):
+        cells = c[i * row : (i + 1) * row]
+        for k in range(g):
+            cells[g - 1 - k] = cells[g + k]
+            cells[ny + g + k] = cells[ny + g - 1 - k]
+    for k in range(g):
+        c[(g - 1 - k) * row : (g - k) * row] = c[(g + k) * row : (g + k + 1) * row]
+        c[(nx + g + k) * row : (nx + g + k + 1) * row] = c[(nx + g - 1 - k) * row : (nx + g - k) * row]
+
+
+@njit(**OPTIONS)
+def _moment(c, at, stride, out, start, n):
+    """First moment of the value within each of n cells along ``stride``, in cell sizes."""
+    for j in range(n):
+        p = at + j
+        near = c[p + stride] - c[p - stride]
+        far = c[p + stride + stride] - c[p - stride - stride]
+        out[start + j] = _NEAR * near + _FAR * far
+
+
+@njit(**OPTIONS)
+def _flux_x(c, at, stride, psi, vertex, m, m0, m1, m2, m3, even, upwind, diffusion, per_y, flux, start, n):
+    """Flux through n faces normal to x, whose cells of greater x begin at ``at``."""
+    pairs = len(even)
+    for j in range(n):
+        value, jump, gradient = 0.0, 0.0, 0.0
+        p = at + j
+        q = p - stride
+        for k in range(pairs):
+            right, left = c[p], c[q]
+            value += even[k] * (right + left)
+            jump += upwind[k] * (right - left)
+            gradient += diffusion[k] * (right - left)
+            p += stride
+            q -= stride
+        v = vertex + j
+        a, b, d, e = psi[v], psi[v + _1], psi[v + _2], psi[v + _3]
+        speed = (b - d) * per_y
+        slope = (0.5 * per_y) * ((d - e) - (a - b))
+        moment = (7 / 12) * (m[m1 + j] + m[m2 + j]) - (1 / 12) * (m[m0 + j] + m[m3 + j])
+        flux[start + j] = speed * value + slope * moment - abs(speed) * jump - gradient
+
+
+@njit(**OPTIONS)
+def _flux_y(c, at, psi, vertex, stride, m, even, upwind, diffusion, per_x, flux, n):
+    """Flux through n faces normal to y, whose cells of greater y begin at ``at``."""
+    pairs = len(even)
+    for j in range(n):
+        value, jump, gradient = 0.0, 0.0, 0.0
+        p = at + j
+        q = p - _1
+        for k in range(pairs):
+            right, left = c[p], c[q]
+            value += even[k] * (right + left)
+            jump += upwind[k] * (right - left)
+            gradient += diffusion[k] * (right - left)
+            p += _1
+            q -= _1
+        v = vertex + j
+        a, b, d, e = psi[v], psi[v + stride], psi[v + stride + stride], psi[v + stride + stride + stride]
+        speed = (d - b) * per_x
+        slope = (0.5 * per_x) * ((e - d) - (b - a))
+        moment = (7 / 12) * (m[j + _1] + m[j + _2]) - (1 / 12) * (m[j] + m[j + _3])
+        flux[j] = speed * value + slope * moment - abs(speed) * jump - gradient
+
+
+@njit(**OPTIONS)
+def _close(flux, start, is_open, n):
+    """Shut the faces of a row where ``is_open`` is 0."""
+    for j in range(n):
+        flux[start + j] *= is_open[j]
+
+
+@njit(**OPTIONS)
+def _update(flux_x, low, high, flux_y, base, at, step, per_x, per_y, out, n):
+    """out = base + step * (what flows in - what flows out) for n cells of a row."""
+    for j in range(n):
+        rate = (flux_x[low + j] - flux_x[high + j]) * per_x + (flux_y[j] - flux_y[j + _1]) * per_y
+        out[at + j] = base[at + j] + step * rate
+
+
+@njit(**OPTIONS)
+def stage(c, psi, base, out, step, rate, shape, weights, walls, work):
+    """out = base + step (L c + rate), L of this psi: the one operation of every time integrator here.
+
+    Args:
+        c: cell averages with ghosts filled, flat padded.
+        psi: streamfunction, flat (nx + 3) x (whole + 3 + VECTOR) [length^2/time].
+        base: flat padded cells; out: where to write, another array than c and base.
+        step: [time].
+        rate: source per cell, flat padded, or empty [field unit/time].
+    """
+    g, row, n = uintp(shape.ghosts), uintp(shape.row), uintp(shape.whole)
+    vertices, ring = n + _3 + _8, n + _8
+    even, per_x, per_y = weights.even, weights.per_x, weights.per_y
+    low, high, closed = _0, ring, walls.cells.size > 0
+    flux_x, flux_y, m = work.flux_x, work.flux_y, work.moment_x
+    for r in range(3):
+        _moment(c, (g - _2 + uintp(r)) * row + g, _1, m, uintp(r) * ring, n)
+    for face in range(shape.nx + 1):
+        f = uintp(face)
+        at = (f + g) * row + g
+        rows = (f & _3, (f + _1) & _3, (f + _2) & _3, (f + _3) & _3)
+        m0, m1, m2, m3 = rows[0] * ring, rows[1] * ring, rows[2] * ring, rows[3] * ring
+        _moment(c, at + row, _1, m, m3, n)
+        _flux_x(c, at, row, psi, (f + _1) * vertices, m, m0, m1, m2, m3,
+                even, weights.upwind, weights.diffusion_x, per_y, flux_x, high, n)  # fmt: skip
+        if closed:
+            _close(flux_x, high, walls.open_x[face], n)
+        if face > 0:
+            at -= row
+            _moment(c, at - _2, row, work.moment_y, _0, n + _8)
+            _flux_y(c, at, psi, (f - _1) * vertices + _1, vertices, work.moment_y,
+                    even, weights.upwind, weights.diffusion_y, per_x, flux_y, n)  # fmt: skip
+            if closed:
+                _close(flux_y, _0, walls.open_y[face - 1], n)
+            _update(flux_x, low, high, flux_y, base, at, step, per_x, per_y, out, n)
+        low, high = high, low
+    if rate.size > 0:
+        for p in range(uintp(out.size)):
+            out[p] += step * rate[p]
+
+
+@njit(**OPTIONS)
+def fill(c, shape, walls):
+    """Fill the ghosts and the solid cells of c."""
+    for k in range(walls.cells.size):
+        c[walls.cells[k]] = c[walls.nearest[k]]
+    mirror(c, shape)
+
+
+@njit(**OPTIONS)
+def advance(c, psi, rates, step, chain, shape, weights, walls, work, spare):
+    """Carry the cells c over one substep for each level of psi, in place.
+
+    A substep applies the polynomial of degree len(chain) that ``chain`` nests (see stepping).
+
+    Args:
+        c: flat padded cells.
+        psi: effective streamfunction of each substep, (substeps, vertices) [length^2/time].
+        rates: effective source of each substep, (substeps, cells), or (substeps, 0).
+        step: length of a substep [time].
+        chain: fractions of the substep, first stage first.
+        spare: two more arrays like c, (2, cells).
+    """
+    for level in range(psi.shape[0]):
+        source, into = c, 0
+        for fraction in chain:
+            fill(source, shape, walls)
+            stage(
+                source, psi[level], c, spare[into], fraction * step, rates[level], shape, weights, walls, work
+            )
+            source, into = spare[into], 1 - into
+        c[:] = source
+
+
+@njit(**OPTIONS)
+def vertices(psi, shape, out):
+    """psi (levels, nx + 1, ny + 1) with an extrapolated vertex round it, for ``stage``: into out (levels, size)."""
+    nx, ny, row = shape.nx, shape.ny, shape.whole + 3 + VECTOR
+    for level in range(psi.shape[0]):
+        grid = out[level].reshape(nx + 3, row)
+        for i in range(nx + 1):
+            inner = grid[i + 1]
+            inner[1 : ny + 2] = psi[level, i]
+            inner[0] = 3 * inner[1] - 3 * inner[2] + inner[3]
+            inner[ny + 2] = 3 * inner[ny + 1] - 3 * inner[ny] + inner[ny - 1]
+        for j in range(ny + 3):
+            grid[0, j] = 3 * grid[1, j] - 3 * grid[2, j] + grid[3, j]
+            grid[nx + 2, j] = 3 * grid[nx + 1, j] - 3 * grid[nx, j] + grid[nx - 1, j]
+
+
+@njit(**OPTIONS)
+def crossing_rate(psi, per_x, per_y):
+    """S, the most cells that water crosses per time in any cell at any level of psi (levels, nx + 1, ny + 1)."""
+    scale, fastest = per_x * per_y, 0.0
+    for level in range(psi.shape[0]):
+        for i in range(psi.shape[1] - 1):
+            near, far = psi[level, i], psi[level, i + 1]
+            for j in range(near.size - 1):
+                u = max(abs(near[j] - near[j + 1]), abs(far[j] - far[j + 1]))
+                v = max(abs(far[j] - near[j]), abs(far[j + 1] - near[j + 1]))
+                fastest = max(fastest, u + v)
+    return fastest * scale
