@@ -2,12 +2,13 @@
 
 A fold's loss on the grid is the total of all samples less one row, so a new sample costs one new row
 and every fold's starting points follow from sums. The rows are a memo: each is labelled with its
-sample, computed again where the label differs, and changes no result.
+sample, computed again where a label differs, and changes no result.
 
 | symbol | meaning | shape |
 |---|---|---|
 | u | grid points, scaled unknowns | (G, p) |
 | squared | squared residuals of each sample | (capacity, G) |
+| total, largest | running sum and maximum of the rows | (capacity, G) |
 | labels | the sample (x, y, t, value) of each row | (capacity, 4) |
 """
 
@@ -47,44 +48,42 @@ def squared_residuals(kernel, constants, theta, position, time, value, row):
 
 
 @njit(cache=True)
-def refresh(kernel, constants, theta, positions, times, values, labels, squared):
+def refresh(model, theta, samples, memo):
     """Bring the memo's first n rows up to date with the samples; returns how many were computed."""
-    computed = 0
+    labels, squared, total, largest = memo
+    positions, times, values = samples
+    first = _first_change(labels, positions, times, values)
+    for j in range(first, times.size):
+        squared_residuals(model[0], model[1], theta, positions[j], times[j : j + 1], values[j], squared[j])
+        for g in range(theta.shape[0]):
+            total[j, g] = squared[j, g] + (total[j - 1, g] if j else 0.0)
+            largest[j, g] = max(squared[j, g], largest[j - 1, g]) if j else squared[j, g]
+        labels[j, 0], labels[j, 1] = positions[j, 0], positions[j, 1]
+        labels[j, 2], labels[j, 3] = times[j], values[j]
+    if times.size < len(labels):
+        labels[times.size :] = np.nan
+    return times.size - first
+
+
+@njit(cache=True)
+def _first_change(labels, positions, times, values):
+    """The first sample that the memo does not hold, n where it holds all."""
     for j in range(times.size):
-        if (
-            labels[j, 0] != positions[j, 0]
-            or labels[j, 1] != positions[j, 1]
-            or labels[j, 2] != times[j]
-            or labels[j, 3] != values[j]
-        ):
-            squared_residuals(kernel, constants, theta, positions[j], times[j : j + 1], values[j], squared[j])
-            labels[j, 0], labels[j, 1] = positions[j]
-            labels[j, 2], labels[j, 3] = times[j], values[j]
-            computed += 1
-    return computed
+        same = labels[j, 0] == positions[j, 0] and labels[j, 1] == positions[j, 1]
+        if not (same and labels[j, 2] == times[j] and labels[j, 3] == values[j]):
+            return j
+    return times.size
 
 
 @njit(cache=True)
-def totals(squared, n, total, largest):
-    """Sum and largest of the first n rows at every grid point, written in place, (G,)."""
-    total[:] = 0.0
-    largest[:] = 0.0
-    for j in range(n):
-        row = squared[j]
-        for g in range(total.size):
-            total[g] += row[g]
-            largest[g] = max(largest[g], row[g])
-
-
-@njit(cache=True)
-def is_minimum(losses, g, points, p):
-    """Whether grid point g is not above any of its 2p axis neighbours."""
-    stride, value = 1, losses[g]
+def is_minimum(total, row, g, points, p):
+    """Whether total - row at grid point g is not above any of its 2p axis neighbours."""
+    stride, value = 1, total[g] - row[g]
     for _ in range(p):
         place = (g // stride) % points
-        if place > 0 and losses[g - stride] < value:
+        if place > 0 and total[g - stride] - row[g - stride] < value:
             return False
-        if place < points - 1 and losses[g + stride] < value:
+        if place < points - 1 and total[g + stride] - row[g + stride] < value:
             return False
         stride *= points
     return True
@@ -92,10 +91,10 @@ def is_minimum(losses, g, points, p):
 
 @njit(cache=True)
 def lowest_minima(losses, points, p, chosen):
-    """Indices of the lowest local minima on the grid.
+    """Indices of the lowest local minima of the full fit on the grid.
 
     Args:
-        losses: on the grid, (G,).
+        losses: of fold 0, (G,).
         points: grid points along each dimension.
         p: dimensions.
         chosen: filled with the indices, lowest first, (K,).
@@ -103,20 +102,20 @@ def lowest_minima(losses, points, p, chosen):
     Returns:
         How many were found, at most K.
     """
-    found, bar = 0, np.inf
+    found, bar, nothing = 0, np.inf, np.zeros(losses.size)
     for g in range(losses.size):
-        if losses[g] < bar and is_minimum(losses, g, points, p):
-            found = insert(losses, chosen, found, g)
+        if losses[g] < bar and is_minimum(losses, nothing, g, points, p):
+            found = insert(losses, nothing, chosen, found, g)
             if found == chosen.size:
                 bar = losses[chosen[found - 1]]
     return found
 
 
 @njit(cache=True)
-def insert(losses, chosen, found, g):
-    """Insert g into the list of the lowest, kept sorted; returns its new length."""
-    place = min(found, chosen.size - 1)
-    while place > 0 and losses[chosen[place - 1]] > losses[g]:
+def insert(total, row, chosen, found, g):
+    """Insert g into the list of the lowest total - row, kept sorted; returns its new length."""
+    place, value = min(found, chosen.size - 1), total[g] - row[g]
+    while place > 0 and total[chosen[place - 1]] - row[chosen[place - 1]] > value:
         chosen[place] = chosen[place - 1]
         place -= 1
     chosen[place] = g

@@ -16,9 +16,8 @@ from fieldrl.estimator.coarse_search import (
     lowest_minima,
     refresh,
     squared_residuals,
-    totals,
 )
-from fieldrl.estimator.levenberg_marquardt import loss_of, minimise, spread, workspace
+from fieldrl.estimator.levenberg_marquardt import descend, loss_of, minimise, spread, workspace
 
 _SAME = 1e-5  # minima closer than this in every scaled unknown are one
 _PROMISING = 4.0  # a known minimum is a start when its loss is below this times the best
@@ -32,10 +31,21 @@ _NEAR, _FAR = 1e-6, 1e-3  # first damping from a known minimum, from a grid poin
 def local_fits(model, samples, tikhonov, weights, stop, u, loss, residuals):
     """Every fold by one descent from theta0; results written in place. Returns the evaluations used."""
     work, evaluations = workspace(samples[1].size, u.shape[1]), 0
+    jacobian = np.empty((samples[1].size, u.shape[1]))
     for fold in range(len(weights)):
         u[fold] = 0.0
         loss[fold], used = minimise(
-            model, samples, weights[fold], tikhonov, u[fold], residuals[fold], _FAR, np.inf, stop, work
+            model,
+            samples,
+            weights[fold],
+            tikhonov,
+            u[fold],
+            residuals[fold],
+            jacobian,
+            _FAR,
+            np.inf,
+            stop,
+            work,
         )
         evaluations += used
     return evaluations
@@ -46,19 +56,17 @@ def global_fit(model, samples, tikhonov, weights, search, starts, stop, u, loss,
     """Fold 0 alone, without a memo, for any number of samples. Returns the evaluations used."""
     positions, times, values = samples
     grid, theta, points = search
-    total, row = np.zeros(len(grid)), np.empty(len(grid))
-    for j in range(times.size):
+    total, row, n, p = np.zeros(len(grid)), np.empty(len(grid)), times.size, grid.shape[1]
+    for j in range(n):
         squared_residuals(model[0], model[1], theta, positions[j], times[j : j + 1], values[j], row)
         total += row
-    losses = _grid_losses(total, grid, times.size, tikhonov)
-    lowest, work = np.empty(starts, dtype=np.int64), workspace(times.size, u.shape[1])
-    found = lowest_minima(losses, points, grid.shape[1], lowest)
-    room = starts + 2 * u.shape[1]
-    minima, kept = np.empty((room, u.shape[1])), np.empty((room, times.size))
+    lowest = np.empty(starts, dtype=np.int64)
+    found = lowest_minima(_grid_losses(total, grid, n, tikhonov), points, p, lowest)
+    minima, work = _minima(starts, n, p), workspace(n, p)
     loss[0], best, _, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, kept, stop, work
+        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, stop, work
     )
-    u[0], residuals[0] = minima[best], kept[best]
+    u[0], residuals[0] = minima[0][best], minima[1][best]
     return evaluations + len(grid)
 
 
@@ -68,13 +76,13 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
 
     Args:
         model: kernel address, constants, theta0 (p,), s (p,).
-        samples: positions (n, 2), times (n,), values (n,).
+        samples: positions (n, 2), times (n,), values (n,), with n >= 1.
         tikhonov: tau.
         weights: of the samples in each fold, (n + 1, n).
         search: the grid's u (G, p), theta (G, p) and points along each dimension.
-        memo: labels (capacity, 4) and squared residuals (capacity, G).
+        memo: labels (capacity, 4), squared residuals, their running sums and maxima (capacity, G).
         starts: descend from at most so many local minima of the grid.
-        stop: at most so many evaluations a descent; the scaled step that is negligible.
+        stop: at most so many evaluations a descent; the scaled step that is the last.
         u: minimisers, (n + 1, p).
         loss: penalised losses, (n + 1,).
         residuals: at the minimisers, (n + 1, n).
@@ -82,71 +90,74 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     Returns:
         Evaluations used, one for each candidate at n samples.
     """
-    positions, times, values = samples
     grid, theta, points = search
-    labels, squared = memo
-    n, p, size = times.size, grid.shape[1], len(grid)
-    refresh(model[0], model[1], theta, positions, times, values, labels, squared)
-    total, largest = np.empty(size), np.empty(size)
-    totals(squared, n, total, largest)
-    lowest, work = np.empty(starts, dtype=np.int64), workspace(n, p)
-    losses = _grid_losses(total, grid, n, tikhonov)
-    found = lowest_minima(losses, points, p, lowest)
-    room = starts + 2 * p
-    minima, kept = np.empty((room, p)), np.empty((room, n))
+    n, p, few = samples[1].size, grid.shape[1], samples[1].size < _FEW
+    refresh(model, theta, samples, memo)
+    squared, total, largest = memo[1], memo[2][n - 1], memo[3][n - 1]
+    lowest = np.empty(starts, dtype=np.int64)
+    found = lowest_minima(_grid_losses(total, grid, n, tikhonov), points, p, lowest)
+    minima, work = _minima(starts, n, p), workspace(n, p)
     loss[0], best, count, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, kept, stop, work
+        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, stop, work
     )
-    u[0], residuals[0] = minima[best], kept[best]
+    u[0], residuals[0] = minima[0][best], minima[1][best]
     open_cells = _open_cells(total, largest, lowest[:found])
-    few, fold_losses = n < _FEW, np.empty(size)
     own = np.empty(_MORE * starts if few else starts, dtype=np.int64)
+    scratch = np.empty(p), np.empty(n), np.empty((n, p))
     for fold in range(1, n + 1):
-        extra = _own_minima(
-            total, squared[fold - 1], few, open_cells, lowest[:found], points, p, fold_losses, own
-        )
+        extra = _own_minima(total, squared[fold - 1], few, open_cells, lowest[:found], points, p, own)
         loss[fold], used = _fold_fit(
-            model, samples, weights[fold], tikhonov, minima[:count], kept, grid, own[:extra], 2.0 / points,
-            stop, work, u[fold], residuals[fold],
+            model, samples, weights[fold], tikhonov, minima, count, grid, own[:extra], 2.0 / points,
+            stop, work, scratch, u[fold], residuals[fold],
         )  # fmt: skip
         evaluations += used
-    return evaluations + size
+    return evaluations + len(grid)
 
 
 @njit(cache=True)
 def _grid_losses(total, grid, n, tikhonov):
     """The penalised loss of fold 0 on the grid, (G,)."""
-    losses = total / max(n, 1)
+    losses, share = np.empty(total.size), 1.0 / max(n, 1)
     for g in range(len(grid)):
+        losses[g] = total[g] * share
         for k in range(grid.shape[1]):
-            losses[g] += tikhonov * grid[g, k] ** 2
+            losses[g] += tikhonov * grid[g, k] * grid[g, k]
     return losses
 
 
 @njit(cache=True)
-def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, kept, stop, work):
+def _minima(starts, n, p):
+    """Room for distinct minima: u, residuals, Jacobians."""
+    room = starts + 2 * p
+    return np.empty((room, p)), np.empty((room, n)), np.empty((room, n, p))
+
+
+@njit(cache=True)
+def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, stop, work):
     """Descend from the chosen grid points, and beside the best minimum where it is poorly determined;
-    keep the distinct minima with their residuals.
+    keep the distinct minima with their residuals and Jacobians.
 
     Returns:
         Least loss, its place, number of distinct minima, evaluations.
     """
+    places, residuals, jacobians = minima
     p, count, best, least, evaluations = grid.shape[1], 0, 0, np.inf, 0
     beside, width = np.empty((2 * p, p)), 0.0
     for start in range(len(lowest) + 2 * p):
         if start < len(lowest):
-            minima[count] = grid[lowest[start]]
+            places[count] = grid[lowest[start]]
         elif width < _DETERMINED * cell:
             break
         else:
             if start == len(lowest):
-                _shift(minima[best], cell, beside)
-            minima[count] = beside[start - len(lowest)]
+                _shift(places[best], cell, beside)
+            places[count] = beside[start - len(lowest)]
         reached, used = minimise(
-            model, samples, weights, tikhonov, minima[count], kept[count], _FAR, least, stop, work
-        )
+            model, samples, weights, tikhonov, places[count], residuals[count], jacobians[count],
+            _FAR, least, stop, work,
+        )  # fmt: skip
         evaluations += used
-        if _is_new(minima, count):
+        if _is_new(places, count):
             if reached < least:
                 least, best, width = reached, count, spread(reached, samples[1].size, work)
             count += 1
@@ -162,9 +173,10 @@ def _shift(u, cell, beside):
 
 
 @njit(cache=True)
-def _is_new(minima, count):
-    for m in range(count):
-        if np.max(np.abs(minima[m] - minima[count])) < _SAME:
+def _is_new(places, count):
+    """Whether the minimum at ``count`` differs from all before it."""
+    for m in range(count):  # noqa: SIM110 - numba compiles no generator expressions
+        if np.max(np.abs(places[m] - places[count])) < _SAME:
             return False
     return True
 
@@ -179,46 +191,52 @@ def _open_cells(total, largest, lowest):
 
 
 @njit(cache=True)
-def _own_minima(total, row, few, open_cells, lowest, points, p, losses, own):
-    """Local minima of the grid less one sample that are no start of the full fit; returns their number."""
-    for g in range(total.size):
-        losses[g] = total[g] - row[g]
+def _own_minima(total, row, few, open_cells, lowest, points, p, own):
+    """Lowest grid points less one sample that are no start of the full fit; returns their number."""
     found = 0
     for g in open_cells:
-        if found == own.size and losses[g] >= losses[own[found - 1]]:
+        if found == own.size and total[g] - row[g] >= total[own[-1]] - row[own[-1]]:
             continue
-        if (few or is_minimum(losses, g, points, p)) and not np.any(lowest == g):
-            found = insert(losses, own, found, g)
+        if (few or is_minimum(total, row, g, points, p)) and not np.any(lowest == g):
+            found = insert(total, row, own, found, g)
     return found
 
 
 @njit(cache=True)
-def _fold_fit(model, samples, weights, tikhonov, minima, kept, grid, own, cell, stop, work, u, residuals):
+def _fold_fit(
+    model, samples, weights, tikhonov, minima, known, grid, own, cell, stop, work, scratch, u, residuals
+):
     """One fold from the full fit's minima, from its own grid minima, and beside the best of these where
     it is poorly determined. Returns its loss and the evaluations."""
-    known, chosen, p = len(minima), len(minima) + len(own), u.size
+    trial, trial_residuals, trial_jacobian = scratch
+    places, kept, jacobians = minima
+    chosen, p = known + len(own), u.size
     outlook, least, evaluations, width = np.empty(known), np.inf, 0, 0.0
     for m in range(known):
-        outlook[m] = loss_of(kept[m], weights, minima[m], tikhonov)
-    bar = _PROMISING * outlook.min()
-    trial, trial_residuals, beside = np.empty(p), np.empty(residuals.size), np.empty((2 * p, p))
+        outlook[m] = loss_of(kept[m], weights, places[m], tikhonov)
+    bar, beside = _PROMISING * outlook.min(), np.empty((2 * p, p))
     for start in range(chosen + 2 * p):
         if start < known:
             if outlook[start] > bar:
                 continue
-            trial[:] = minima[start]
-        elif start < chosen:
-            trial[:] = grid[own[start - known]]
-        elif width < _DETERMINED * cell:
-            break
+            trial[:], trial_residuals[:], trial_jacobian[:] = places[start], kept[start], jacobians[start]
+            reached, used = descend(
+                model, samples, weights, tikhonov, trial, trial_residuals, trial_jacobian,
+                _NEAR, least, stop, work,
+            )  # fmt: skip
         else:
-            if start == chosen:
-                _shift(u, cell, beside)
-            trial[:] = beside[start - chosen]
-        damping = _NEAR if start < known else _FAR
-        reached, used = minimise(
-            model, samples, weights, tikhonov, trial, trial_residuals, damping, least, stop, work
-        )
+            if start < chosen:
+                trial[:] = grid[own[start - known]]
+            elif width < _DETERMINED * cell:
+                break
+            else:
+                if start == chosen:
+                    _shift(u, cell, beside)
+                trial[:] = beside[start - chosen]
+            reached, used = minimise(
+                model, samples, weights, tikhonov, trial, trial_residuals, trial_jacobian,
+                _FAR, least, stop, work,
+            )  # fmt: skip
         evaluations += used
         if reached < least:
             least, width = reached, spread(reached, residuals.size - 1, work)

@@ -25,15 +25,18 @@ class _Search:
     grid: NDArray[np.float64]
     theta: NDArray[np.float64]
     points: int
-    labels: NDArray[np.float64]
-    squared: NDArray[np.float64]
+    memo: tuple[NDArray, NDArray, NDArray, NDArray]
 
     def reserve(self, n: int) -> None:
         """Room for n samples."""
-        if n > len(self.labels):
-            capacity = max(2 * len(self.labels), n, 32)
-            self.labels = np.full((capacity, 4), np.nan)
-            self.squared = np.empty((capacity, len(self.grid)))
+        if n > len(self.memo[0]):
+            self.memo = _memo(max(2 * len(self.memo[0]), n, 32), len(self.grid))
+
+
+def _memo(capacity: int, size: int) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Labels (capacity, 4), squared residuals, running sums and maxima (capacity, size)."""
+    rows = (np.empty((capacity, size)) for _ in range(3))
+    return np.full((capacity, 4), np.nan), *rows
 
 
 @dataclass(frozen=True)
@@ -46,14 +49,14 @@ class LeastSquares:
         grid: points of the coarse grid along each parameter.
         tikhonov: tau >= 0, weight of the pull towards the centre of the bounds [field unit^2].
         iterations: at most so many evaluations in one descent.
-        tolerance: a descent ends when it would move no parameter by more, in half-widths of its bounds.
+        tolerance: a step that moves no parameter by more is the last, in half-widths of the bounds.
     """
 
     starts: int = 4
     grid: int = 31
     tikhonov: float = 1e-3
     iterations: int = 2000
-    tolerance: float = 1e-8
+    tolerance: float = 3e-7
     _searches: dict = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -77,8 +80,7 @@ class LeastSquares:
             evaluations = global_fit(*what, grid, self.starts, stop, u, loss, residuals)
         else:
             search.reserve(n)
-            memo = search.labels, search.squared
-            evaluations = global_fits(*what, grid, memo, self.starts, stop, u, loss, residuals)
+            evaluations = global_fits(*what, grid, search.memo, self.starts, stop, u, loss, residuals)
         _, _, centre, scale = search.model
         return Fit(centre + scale * u, loss, residuals, evaluations, problem.known)
 
@@ -97,5 +99,4 @@ class LeastSquares:
         grid = box_grid(self.grid, len(parameters))
         theta = np.ascontiguousarray(parameters.centre + parameters.half_width * grid)
         what = model.kernel, model.constants, parameters.centre, parameters.half_width
-        empty = np.empty((0, 4)), np.empty((0, len(grid)))
-        return _Search(what, grid, theta, self.grid, *empty)
+        return _Search(what, grid, theta, self.grid, _memo(32, len(grid)))

@@ -120,12 +120,12 @@ def _free_unknowns(u, gradient, free):
 def workspace(n, p):
     """Scratch arrays of ``minimise`` for n samples and p unknowns."""
     vectors, samples = np.empty((6, p)), np.empty((2, n))
-    matrices, jacobians = np.empty((2, p, p)), np.empty((3, n, p))
+    matrices, jacobians = np.empty((2, p, p)), np.empty((2, n, p))
     return vectors, samples, matrices, jacobians, np.empty(p, dtype=np.bool_)
 
 
 @njit(cache=True)
-def minimise(model, samples, weights, tikhonov, u, residuals, damping, bar, stop, work):
+def minimise(model, samples, weights, tikhonov, u, residuals, jacobian, damping, bar, stop, work):
     """Descend from u (p,), in place, to a local minimum of a fold's loss.
 
     Args:
@@ -135,52 +135,73 @@ def minimise(model, samples, weights, tikhonov, u, residuals, damping, bar, stop
         tikhonov: tau.
         u: where to start; where it ends, (p,).
         residuals: at the end, written in place, (n,).
-        damping: Marquardt's lambda at the start: small near a minimum.
+        jacobian: at the end, written in place, (n, p).
+        damping: Marquardt's lambda at the start.
         bar: give up once the loss is about to settle above this.
-        stop: at most so many evaluations; the scaled step that is negligible.
+        stop: at most so many evaluations; the scaled step that is the last.
         work: from ``workspace``.
 
     Returns:
         The loss and the number of evaluations used.
     """
+    theta = work[0][0]
+    _place(model[2], model[3], u, theta)
+    linearise(model[0], model[1], theta, samples[0], samples[1], samples[2], residuals, jacobian)
+    loss, used = descend(model, samples, weights, tikhonov, u, residuals, jacobian, damping, bar, stop, work)
+    return loss, used + 1
+
+
+@njit(cache=True)
+def descend(model, samples, weights, tikhonov, u, residuals, jacobian, damping, bar, stop, work):
+    """``minimise`` where the residuals and Jacobian at the start are known.
+
+    The last step, too small to be worth an evaluation, moves the residuals linearly.
+    """
     kernel, constants, centre, scale = model
     positions, times, values = samples
-    iterations, negligible = stop
-    vectors, (trial_residuals, shifted), (matrix, factor), jacobians, free = _unpack(work)
+    iterations, last = stop
+    vectors, (trial_residuals, shifted), (matrix, factor), (trial_jacobian, spare), free = _unpack(work)
     theta, trial, gradient, step, metric, moved = vectors
-    current = 0
-    _place(centre, scale, u, theta)
-    linearise(kernel, constants, theta, positions, times, values, residuals, jacobians[current])
-    loss, evaluations = loss_of(residuals, weights, u, tikhonov), 1
-    _normal_equations(residuals, jacobians[current], weights, u, scale, tikhonov, matrix, gradient)
+    loss, evaluations = loss_of(residuals, weights, u, tikhonov), 0
+    _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient)
     _diagonal(matrix, metric)
     while evaluations < iterations and damping < _LARGEST:
         _free_unknowns(u, gradient, free)
         if not _solve(matrix, metric, gradient, free, damping, factor, step):
             damping *= _GROW
             continue
-        if _advance(u, step, trial) * (1.0 + damping) <= negligible or _settles_above(
-            bar, loss, gradient, step
-        ):
+        length = _advance(u, step, trial) * (1.0 + damping)
+        if length <= last or _settles_above(bar, loss, gradient, step):
+            if length <= last:
+                _move_linearly(u, trial, scale, jacobian, residuals)
+                loss = loss_of(residuals, weights, u, tikhonov)
             break
         _place(centre, scale, trial, theta)
-        linearise(kernel, constants, theta, positions, times, values, trial_residuals, jacobians[1 - current])
+        linearise(kernel, constants, theta, positions, times, values, trial_residuals, trial_jacobian)
         trial_loss = loss_of(trial_residuals, weights, trial, tikhonov)
         evaluations += 1
         if not trial_loss <= loss:
             damping *= _GROW
             continue
-        current, damping = 1 - current, max(damping * _SHRINK, _LEAST)
-        u[:], residuals[:], loss = trial, trial_residuals, trial_loss
-        _normal_equations(residuals, jacobians[current], weights, u, scale, tikhonov, matrix, gradient)
+        damping = max(damping * _SHRINK, _LEAST)
+        u[:], residuals[:], jacobian[:], loss = trial, trial_residuals, trial_jacobian, trial_loss
+        _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient)
         _diagonal(matrix, metric)
         if evaluations > _PATIENCE:
             _hessian(
-                model, samples, weights, tikhonov, u, gradient, trial, theta, moved,
-                shifted, jacobians[2], matrix,
-            )  # fmt: skip
+                model, samples, weights, tikhonov, u, gradient, trial, theta, moved, shifted, spare, matrix
+            )
             evaluations += u.size
     return loss, evaluations
+
+
+@njit(cache=True)
+def _move_linearly(u, trial, scale, jacobian, residuals):
+    """Go to ``trial`` and take the residuals along by their Jacobian, in place."""
+    for k in range(u.size):
+        for j in range(residuals.size):
+            residuals[j] += jacobian[j, k] * scale[k] * (trial[k] - u[k])
+        u[k] = trial[k]
 
 
 @njit(cache=True)
@@ -221,7 +242,7 @@ def _unpack(work):
         (vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5]),
         (samples[0], samples[1]),
         (matrices[0], matrices[1]),
-        jacobians,
+        (jacobians[0], jacobians[1]),
         free,
     )
 
