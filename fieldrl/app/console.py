@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
@@ -14,19 +15,20 @@ from rich.table import Table
 
 from fieldrl.app.runs import Run
 
-_LABELS = {
+_ERRORS = {
     "e_f": "fit error e_f",
     "e_cv": "cross-validation error e_cv",
     "e_total": "e_total = e_f + e_cv",
     "theta_error": "|estimate - true|",
-    "field_rmse": "field error (rms)",
+    "field_rmse": "field error, rms",
 }
+_WIDTH = 80
 
 
 def console() -> Console:
     """The terminal, or a plain file of 80 columns."""
-    screen = Console(highlight=False, soft_wrap=False)
-    return screen if screen.is_terminal else Console(highlight=False, width=80)
+    screen = Console(highlight=False)
+    return screen if screen.is_terminal else Console(highlight=False, width=_WIDTH)
 
 
 def beginning(name: str, config: Mapping[str, Any], workers: int) -> None:
@@ -42,55 +44,80 @@ def waiting(name: str) -> None:
     console().print(f"{name} is being computed by another process; waiting for its result ...")
 
 
+@contextmanager
+def compiling() -> Iterator[None]:
+    """On a terminal, say why nothing moves while the compiled loops are made or loaded."""
+    screen = console()
+    if not screen.is_terminal:
+        yield
+        return
+    with screen.status("loading compiled loops (the first time on a machine: half a minute)"):
+        yield
+
+
 def result(summary: Mapping[str, Any], run: Run, problem: str = "", reused: bool = False) -> None:
     """The table of a result, and where its files are."""
     screen = console()
     if reused:
         screen.print(f"[bold]{run.name}[/]  finished before; force=true computes it again")
-    screen.print(_table(summary))
-    screen.print(f"files  {_near(run.folder)}", soft_wrap=True)
+    screen.print(table(summary))
+    lines = {"time": f"{summary['seconds']:.1f} s", "files": near(run.folder)}
+    if (run.folder / "tracking.json").exists():
+        lines["MLflow"] = ui_command(run.output_dir)
+    for name, text in lines.items():
+        screen.print(f"[dim]{name:<7}[/] {text}", soft_wrap=True)
     if problem:
         screen.print(f"[yellow]{problem}[/]", soft_wrap=True)
-    elif summary_is_tracked(run):
-        screen.print(f"MLflow {_ui(run.output_dir)}", soft_wrap=True)
 
 
-def summary_is_tracked(run: Run) -> bool:
-    """Whether MLflow has the run."""
-    return (run.folder / "tracking.json").exists()
+def table(summary: Mapping[str, Any]) -> Table:
+    """The result as a table: replicate 0, and the spread over the replicates where there are several."""
+    rows = summary["replicates_table"]
+    shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="bold")
+    shown.add_column("")
+    for title in ("true or\nexpected", "best\nepisode", f"median of {len(rows)}\n\\[quartiles]")[
+        : 3 if len(rows) > 1 else 2
+    ]:
+        shown.add_column(title, justify="right")
+    for section in (_parameters(summary), _errors(summary), _policy(summary), _pooled(summary)):
+        for label, true, values in section:
+            cells = (label, _number(true), _number(values[0]), _spread(values))
+            shown.add_row(*cells[: len(shown.columns)])
+        shown.add_section()
+    return shown
 
 
-def _table(summary: Mapping[str, Any]) -> Table:
-    rows = summary.get("replicates_table") or []
-    several = len(rows) > 1
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    table.add_column(_title(summary))
-    table.add_column("true", justify="right")
-    table.add_column("best", justify="right")
-    if several:
-        table.add_column(f"median of {len(rows)} [quartiles]", justify="right")
-    for cells in (*_parameters(summary), *_errors(summary)):
-        table.add_row(*(cells if several else cells[:3]))
-    return table
+Row = tuple[str, "float | None", "Sequence[float | None]"]
+"""Label, true or expected value, value of each replicate."""
 
 
-def _title(summary: Mapping[str, Any]) -> str:
-    return f"episode {summary['best_episode']} of {summary['episodes']}"
-
-
-def _parameters(summary: Mapping[str, Any]) -> Iterable[tuple[str, str, str, str]]:
-    rows = summary.get("replicates_table") or []
+def _parameters(summary: Mapping[str, Any]) -> Iterator[Row]:
     for name, value in summary["parameters"].items():
-        each = [row["parameters"][name]["estimate"] for row in rows]
-        unit = f" \\[{value['unit']}]" if value.get("unit") else ""
-        yield f"{name}{unit}", _number(value["true"]), _number(value["estimate"]), _spread(each)
+        each = [row["parameters"][name]["estimate"] for row in summary["replicates_table"]]
+        yield f"{name} \\[{value['unit']}]", value["true"], each
 
 
-def _errors(summary: Mapping[str, Any]) -> Iterable[tuple[str, str, str, str]]:
-    rows = summary.get("replicates_table") or []
-    for name, label in _LABELS.items():
-        each = [row.get(name) for row in rows]
-        yield label, "", _number(summary.get(name)), _spread(each)
+def _errors(summary: Mapping[str, Any]) -> Iterator[Row]:
+    for name, label in _ERRORS.items():
+        yield label, None, [row[name] for row in summary["replicates_table"]]
+
+
+def _policy(summary: Mapping[str, Any]) -> Iterator[Row]:
+    """What is to be expected of e_total is 2 sigma^2: e_f and e_cv are sigma^2 each where theta is known."""
+    expected = 2 * summary["noise"] ** 2
+    yield "e_total, last quarter, mean", expected, summary["late_e_total"]
+    if summary["greedy"]:
+        yield "e_total, greedy policy", expected, [row["e_total"] for row in summary["greedy"]]
+        yield "return, greedy policy", None, [row["return"] for row in summary["greedy"]]
+
+
+def _pooled(summary: Mapping[str, Any]) -> Iterator[Row]:
+    rows = summary["replicates_table"]
+    for name in summary["pooled"]["parameters"]:
+        each = [row["pooled"]["parameters"][name]["estimate"] for row in rows]
+        if each[0] is not None:
+            true = summary["parameters"][name]["true"]
+            yield f"{name}, from all samples", true, each
 
 
 def _spread(values: Iterable[float | None]) -> str:
@@ -102,17 +129,17 @@ def _spread(values: Iterable[float | None]) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.4g}"
+    return "" if value is None else f"{value:#.4g}"
 
 
-def _near(path: Path) -> str:
+def near(path: Path) -> str:
     """``path`` relative to the current folder where that is shorter."""
     relative = os.path.relpath(path)
     return relative if len(relative) < len(str(path)) else str(path)
 
 
-def _ui(output_dir: Path) -> str:
+def ui_command(output_dir: Path) -> str:
     """The command that opens the UI on these runs."""
     if output_dir == Path.cwd() / "outputs" and Path("Makefile").exists() and Path("conf").is_dir():
         return "make ui"
-    return f"python -m fieldrl.app.ui {_near(output_dir)}"
+    return f"python -m fieldrl.app.ui {near(output_dir)}"

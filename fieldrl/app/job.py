@@ -6,7 +6,7 @@ import functools
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -106,9 +106,7 @@ def _perform(job: Job) -> dict[str, Any]:
         raise
 
 
-def _compute(
-    job: Job, mission: Mission, publication: Tracker, started: float
-) -> dict[str, Any]:
+def _compute(job: Job, mission: Mission, publication: Tracker, started: float) -> dict[str, Any]:
     """Compute, write everything with the summary last, then end the tracking."""
     from fieldrl.app import metrics
     from fieldrl.figures import draw_run
@@ -122,8 +120,9 @@ def _compute(
     job.run.write("record.nc", functools.partial(record.to_netcdf, engine="h5netcdf"))
     job.run.write("figures", functools.partial(draw_run, record))
     each = metrics.each(record)
-    result = summarise(record) | {"noise": record.attrs["noise"], "greedy": metrics.greedy(each)}
-    summary = _heading(job) | result | {"seconds": round(time.time() - started, 3)}
+    extra = {"late_e_total": metrics.late(each), "greedy": metrics.greedy(each)}
+    extra |= {"noise": record.attrs["noise"], "seconds": round(time.time() - started, 3)}
+    summary = _heading(job) | summarise(record) | extra
     job.run.write("summary.json", functools.partial(files.write_text, json.dumps(summary, indent=2) + "\n"))
     problem = publication.finish(job.run.folder, metrics.final(summary), metrics.middle(each))
     console.result(summary, job.run, problem)
@@ -141,6 +140,8 @@ def _record(job: Job, mission: Mission, publication: Tracker) -> xr.Dataset:
     parameters = mission.water.parameters
     known = parameters.names, np.array(parameters.true or np.full(len(parameters), np.nan))
     replicates, episodes = job.config["replicates"], job.config["episodes"]
+    if job.workers.count(replicates) > 1:
+        _warm(mission)
     with board(replicates, episodes, console.console()) as reporter:
         task = Replicate(mission, job.config["seed"], tuple(reporter(i) for i in range(replicates)))
         for number, replicate in job.workers.run(task, replicates):
@@ -151,6 +152,14 @@ def _record(job: Job, mission: Mission, publication: Tracker) -> xr.Dataset:
     return record.assign_attrs(
         experiment=job.run.experiment, key=job.run.key, seed=job.config["seed"], version=__version__
     )
+
+
+def _warm(mission: Mission) -> None:
+    """Have every loop compiled and on disk before many workers ask for the same ones."""
+    from fieldrl.mission import run_replicate
+
+    with console.compiling():
+        run_replicate(replace(mission, episodes=1, evaluation_episodes=1), 0, 0)
 
 
 def _reuse(job: Job, summary: dict[str, Any]) -> dict[str, Any]:

@@ -53,12 +53,20 @@ def greedy(replicates: Sequence[tuple[Series, Series]]) -> list[dict[str, float]
     ]
 
 
+def late(replicates: Sequence[tuple[Series, Series]]) -> list[float]:
+    """For each replicate of ``each``: mean e_total over the last quarter of the learning episodes."""
+    return [
+        float(np.mean(found["e_total"][-max(1, len(found["e_total"]) // 4) :])) for found, _ in replicates
+    ]
+
+
 def final(summary: Mapping[str, Any]) -> dict[str, float]:
     """The numbers of a summary, as metrics ``best.<name>``, and what the run cost."""
     names = ("e_f", "e_cv", "e_total", "theta_error", "field_rmse")
     found = {f"best.{name}": summary[name] for name in names}
     found |= {f"best.theta.{name}": value["estimate"] for name, value in summary["parameters"].items()}
     found |= {f"pooled.{name}": value["estimate"] for name, value in summary["pooled"]["parameters"].items()}
+    found |= {"late_e_total": float(np.median(summary["late_e_total"]))}
     found |= {name: summary[name] for name in ("forward_solves", "seconds")}
     return {name: float(value) for name, value in found.items() if value is not None}
 

@@ -51,7 +51,7 @@ class Workers:
 
         jobs = self.count(tasks)
         with joblib.parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
-            parallel = joblib.Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="all")
+            parallel: Any = joblib.Parallel(return_as="generator_unordered", pre_dispatch="all")
             yield from parallel(joblib.delayed(_in_worker)(task, number) for number in range(tasks))
 
 

@@ -92,6 +92,7 @@ class Publication:
 
     def __init__(self, uri: str | None, patience: float, output_dir: Path) -> None:
         self._uri, self._patience, self._output_dir = uri, patience, output_dir
+        self._begun = False
         environment = {key: value for key, value in os.environ.items() if key not in _STALE}
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "fieldrl.app.publisher"],
@@ -104,6 +105,7 @@ class Publication:
 
     def begin(self, **run: Any) -> None:
         """Create the MLflow runs: experiment, name, config, tags, replicates."""
+        self._begun = True
         self._send("begin", uri=self._uri, output_dir=str(self._output_dir), **run)
 
     def replicate(self, number: int, series: Series, evaluation: Series) -> None:
@@ -128,10 +130,12 @@ class Publication:
         )
 
     def abandon(self) -> None:
-        """The run failed or was interrupted: the publisher marks what it has begun and ends."""
-        with suppress(OSError, subprocess.TimeoutExpired):
+        """The run failed or was interrupted: the publisher marks what it has begun and ends, also alone."""
+        if not self._begun:
+            self._kill()
+            return
+        with suppress(OSError, ValueError, subprocess.TimeoutExpired):
             self._process.communicate(timeout=5)
-        self._kill()
 
     def _send(self, kind: str, **content: Any) -> None:
         with suppress(OSError, ValueError):  # a publisher that died says so in ``finish``
@@ -141,6 +145,6 @@ class Publication:
                 pipe.flush()
 
     def _kill(self) -> None:
-        with suppress(OSError):
-            self._process.kill()
-        self._process.wait()
+        self._process.kill()
+        with suppress(OSError, ValueError):  # closes the pipes, which may be closed already
+            self._process.communicate()

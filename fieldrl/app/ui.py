@@ -1,0 +1,54 @@
+"""The MLflow UI on the runs of an output folder: ``make ui``, ``python -m fieldrl.app.ui [OUTPUT_DIR]``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import socket
+import sys
+from pathlib import Path
+
+_HOST = "127.0.0.1"
+_SETTINGS = {
+    "MLFLOW_SERVER_ENABLE_JOB_EXECUTION": "false",  # starts in 4 s and 2 processes instead of 15 and 15
+    "MLFLOW_DISABLE_TELEMETRY": "true",
+}
+
+
+def main() -> int:
+    """Serve until interrupted; returns the exit status."""
+    parser = argparse.ArgumentParser(prog="python -m fieldrl.app.ui", description="Open the MLflow UI.")
+    parser.add_argument("output_dir", nargs="?", default="outputs", help="folder of the runs")
+    parser.add_argument("--port", type=int, default=5000, help="first port that is tried")
+    arguments = parser.parse_args()
+    database = Path(arguments.output_dir).expanduser().resolve() / "mlflow.db"
+    if not database.exists():
+        print(f"{database}: no such file; `fieldrl` (or `make run`) makes it", file=sys.stderr)
+        return 1
+    port = free_port(arguments.port)
+    print(f"MLflow UI on http://{_HOST}:{port}  (Ctrl-C ends it)", flush=True)
+    os.environ.update(_SETTINGS)
+    os.execv(sys.executable, command(database, port))
+
+
+def command(database: Path, port: int) -> list[str]:
+    """The command line of the server."""
+    return [
+        sys.executable, "-m", "mlflow", "ui", "--workers", "1", "--host", _HOST, "--port", str(port),
+        "--backend-store-uri", f"sqlite:///{database}",
+        "--default-artifact-root", (database.parent / "mlartifacts").as_uri(),
+    ]  # fmt: skip
+
+
+def free_port(first: int) -> int:
+    """The first free port from ``first`` on."""
+    for port in range(first, first + 50):
+        with socket.socket() as attempt:
+            attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if attempt.connect_ex((_HOST, port)) != 0:
+                return port
+    return first
+
+
+if __name__ == "__main__":
+    sys.exit(main())
