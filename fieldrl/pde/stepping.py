@@ -59,3 +59,10 @@ def frozen(levels: Levels, start: float, span: float, steps: int) -> NDArray[np.
     values = levels((begins + length * np.array(_NODES)).ravel())
     pairs = values.reshape(steps, 2, *values.shape[1:])
     return (_OWN * pairs + _OTHER * pairs[:, ::-1]).reshape(values.shape)
+
+
+def stages(levels: Levels, start: float, span: float, steps: int) -> NDArray[np.float64]:
+    """levels at the stages of the third-order Runge-Kutta method: t, t + H, t + H / 2 of each step, (3 steps, ...)."""
+    length = span / steps
+    begins = start + length * np.arange(steps)[:, None]
+    return levels((begins + length * np.array([0.0, 1.0, 0.5])).ravel())

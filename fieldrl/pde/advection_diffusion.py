@@ -1,0 +1,306 @@
+"""The advection-diffusion equation with an unknown flow, solved numerically, Eq. (29).
+
+    dc/dt + div(v c) = rho lap c + g,    dc/dn = 0 on the walls,    c(x, 0) = h(x)
+
+One solve answers every question about a theta: it leaves cell averages at equal intervals up to the final
+time, from which the field is reconstructed at any point; a time between them is reached by solving on from
+the last one. The solves are kept by ``solutions``.
+
+| symbol | meaning | shape | unit |
+|---|---|---|---|
+| theta | parameters of the flow | (p,) | each its own |
+| c | field, kept as cell averages | (k, nx, ny) | field |
+| rho | diffusivity | | length^2/time |
+| g, h | source, initial feature | | field/time, field |
+"""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fieldrl import __version__
+from fieldrl.core import checks
+from fieldrl.core.domain import Domain, Grid
+from fieldrl.core.parameters import Parameters
+from fieldrl.pde import sampling
+from fieldrl.pde.discretisation import MOST_SUBSTEPS, Discretisation, Source
+from fieldrl.pde.flow import DoubleGyre, Flow
+from fieldrl.pde.initial import InitialFeature
+from fieldrl.pde.solutions import Solutions, key
+
+_ORDERS = (3, 5, 7, 9)
+_FEWEST_CELLS = 9  # what sampling between cells needs
+_CELLS_PER_FEATURE = 5.0
+_SCHEME = f"finite volumes 1, fieldrl {__version__}"
+
+
+class CoarseGrid(UserWarning):
+    """A grid on which the initial feature cannot be followed."""
+
+
+class OutsideDomain(checks.InvalidValue):
+    """A sample outside the water, or outside the time that is solved."""
+
+
+def _feature() -> InitialFeature:
+    return InitialFeature(centre=(60.0, 40.0), scale=20.0)
+
+
+def _basin() -> Domain:
+    return Domain(upper=(200.0, 100.0))
+
+
+@dataclass(frozen=True)
+class AdvectionDiffusion:
+    """A feature that a flow stirs and diffusion spreads; a forward model.
+
+    Walls are closed to diffusion. Where the flow has no normal velocity on them (the double gyre) they are closed
+    altogether and mass is kept; where it has one (uniform flow), the water carries its feature out freely and
+    comes in with the value that it has at the wall.
+
+    Args:
+        flow: moves the water; its parameters are the unknowns.
+        initial: h(x).
+        source: g(x, t), or None.
+        diffusivity: rho >= 0 [length^2/time].
+        domain: a rectangle; obstacles are closed walls, round which the flow is led.
+        cells: (nx, ny), at least 9 each.
+        final_time: how far a solve reaches [time].
+        interval: time between the states that a solve leaves [time].
+        true: parameters of the true field, (p,).
+        lower: lower bounds of the parameters, (p,).
+        upper: upper bounds of the parameters, (p,).
+        truth_refinement: how many times finer each side of the true field's grid is.
+        order: of the upwind stencils, 3, 5, 7 or 9.
+        courant: share of the stability limit that a time step uses, in (0, 1].
+        positive: limit the fluxes so that no cell becomes negative (slower; first order at new extremes).
+        solutions: where solves are kept.
+    """
+
+    flow: Flow = field(default_factory=DoubleGyre)
+    initial: InitialFeature = field(default_factory=_feature)
+    source: Source | None = None
+    diffusivity: float = 1.0
+    domain: Domain = field(default_factory=_basin)
+    cells: Sequence[int] = (142, 71)
+    final_time: float = 10.0
+    interval: float = 1.0
+    true: Sequence[float] = (0.25, float(np.pi / 5))
+    lower: Sequence[float] = (0.0, 0.1)
+    upper: Sequence[float] = (0.5, 1.3)
+    truth_refinement: int = 2
+    order: int = 9
+    courant: float = 0.95
+    positive: bool = False
+    solutions: Solutions = field(default_factory=Solutions, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in ("true", "lower", "upper"):
+            values = checks.vector(name, getattr(self, name), len(self.flow.names))
+            object.__setattr__(self, name, values)
+        checks.ordered_bounds(self.lower, self.upper, self.true, ", ".join(self.flow.units))
+        checks.not_negative("diffusivity", self.diffusivity, "length^2/time")
+        checks.positive("final_time", self.final_time, "time")
+        checks.positive("interval", self.interval, "time")
+        checks.integer("truth_refinement", self.truth_refinement, 1)
+        checks.boolean("positive", self.positive)
+        self._check_scheme()
+        self._check_feature()
+        self._check_bounds()
+
+    def _check_scheme(self) -> None:
+        if self.order not in _ORDERS:
+            raise checks.InvalidValue("order", self.order, "must be 3, 5, 7 or 9")
+        checks.positive("courant", self.courant)
+        checks.between("courant", self.courant, 0.0, 1.0)
+        if (
+            isinstance(self.cells, str)
+            or not isinstance(self.cells, Sequence | np.ndarray)
+            or len(self.cells) != 2
+        ):
+            raise checks.InvalidValue("cells", self.cells, "must be [nx, ny]")
+        cells = tuple(checks.integer("cells", n, _FEWEST_CELLS) for n in self.cells)
+        object.__setattr__(self, "cells", cells)
+
+    def _check_feature(self) -> None:
+        """Warns, with the number, where the feature rises over too few cells."""
+        if self.positive and self._start.min() < 0:
+            raise checks.InvalidValue("positive", True, "needs an initial feature that is nowhere negative")
+        resolved = _cells_per_rise(self._start)
+        if resolved < _CELLS_PER_FEATURE:
+            warnings.warn(
+                f"cells={list(self.cells)}: the initial feature rises over {resolved:.1f} cells; "
+                f"the solver needs at least {_CELLS_PER_FEATURE:g} to follow it",
+                CoarseGrid,
+                stacklevel=4,
+            )
+
+    def _check_bounds(self) -> None:
+        """Refuses bounds that hold a flow too fast to be solved, or not finite."""
+        times = np.linspace(0.0, self.final_time, 9)
+        for corner in itertools.product(*zip(self.lower, self.upper, strict=True)):
+            with np.errstate(all="ignore"):
+                psi = self._scheme.streamfunction(np.array(corner), times)
+                substeps = self._scheme.substeps(psi, self.final_time) if np.isfinite(psi).all() else np.inf
+            if substeps > MOST_SUBSTEPS:
+                raise checks.InvalidValue(
+                    "upper",
+                    self.upper,
+                    f"the bounds hold a flow that cannot be solved stably, theta={list(corner)} "
+                    f"(more than {MOST_SUBSTEPS} time steps)",
+                    remedy="narrow the bounds",
+                )
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """Those of the flow."""
+        flow = self.flow
+        return Parameters(flow.names, flow.units, tuple(self.lower), tuple(self.upper), tuple(self.true))
+
+    @property
+    def horizon(self) -> float:
+        """The last time that it can predict [time]."""
+        return self.final_time
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Where the field is recorded: the cells' centres."""
+        return self.domain.grid(*self.cells)
+
+    @cached_property
+    def _scheme(self) -> Discretisation:
+        nx, ny = self.cells
+        return Discretisation(
+            self.flow,
+            self.source,
+            self.diffusivity,
+            self.domain,
+            (nx, ny),
+            self.order,
+            self.courant,
+            self.positive,
+        )
+
+    @cached_property
+    def _start(self) -> NDArray[np.float64]:
+        """Cell averages of h, (nx, ny)."""
+        return self._scheme.averages(self.initial.value)
+
+    @cached_property
+    def _key(self) -> str:
+        """All that a solve depends on but theta."""
+        parts = (self.flow, self.initial, self.source, self.diffusivity, self.domain, self.cells)
+        options = (self.final_time, self.interval, self.order, self.courant, self.positive)
+        return key(_SCHEME, *parts, *options)
+
+    @cached_property
+    def snapshot_times(self) -> NDArray[np.float64]:
+        """Times at which a solve leaves its state, 0 and final_time included, (k,) [time]."""
+        whole = np.arange(int(np.ceil(self.final_time / self.interval - 1e-9))) * self.interval
+        return np.append(whole, self.final_time)
+
+    def truth(self) -> AdvectionDiffusion:
+        """The model that generates the true field: the same physics on a finer grid."""
+        return replace(self, cells=tuple(n * self.truth_refinement for n in self.cells))
+
+    def solve(self, theta: NDArray) -> NDArray[np.float64]:
+        """Cell averages at ``snapshot_times`` for theta (p,), (k, nx, ny) [field unit]; raises SolveFailed."""
+        theta = self._checked(theta)
+        return self.solutions.get(key(self._key, theta), lambda: self._march(theta))
+
+    def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
+        """The field of m candidates at n samples.
+
+        Args:
+            theta: candidates, (m, p).
+            positions: in the domain, (n, 2) [length].
+            times: in [0, final_time], (n,) [time].
+
+        Returns:
+            (m, n) [field unit].
+
+        Raises:
+            OutsideDomain: a sample outside the domain or the time that is solved.
+            SolveFailed: an unstable or non-finite solve; carries theta and the time.
+        """
+        positions = np.asarray(positions, dtype=float).reshape(-1, 2)
+        times = np.asarray(times, dtype=float).reshape(-1)
+        self._check_samples(positions, times)
+        (x, y), (wx, wy) = self._stencils(positions)
+        rows = []
+        for candidate in np.atleast_2d(np.asarray(theta, dtype=float)):
+            averages = np.empty((len(times), sampling.WIDTH, sampling.WIDTH))
+            for time in np.unique(times):
+                at = times == time
+                averages[at] = self._state(candidate, time)[x[at], y[at]]
+            rows.append(np.einsum("nij,ni,nj->n", averages, wx, wy))
+        return self._clipped(np.array(rows).reshape(-1, len(times)))
+
+    def field(self, theta: NDArray, time: float, grid: Grid) -> NDArray[np.float64]:
+        """The field at the points of ``grid``, 0 in obstacles, (nx, ny) [field unit]; errors as ``predict``."""
+        self._check_samples(self._corners(grid), np.full(2, float(time)))
+        (x0, y0), (x1, y1) = self.domain.lower, self.domain.upper
+        across = sampling.matrix(grid.x, x0, x1, self.cells[0])
+        along = sampling.matrix(grid.y, y0, y1, self.cells[1])
+        near = self._scheme.nearest_water
+        values = across @ self._state(np.asarray(theta, dtype=float), time)[near[0], near[1]] @ along.T
+        if self.domain.obstacles:
+            values *= self.domain.contains(grid.points).reshape(values.shape)
+        return self._clipped(values)
+
+    def _march(self, theta: NDArray) -> NDArray[np.float64]:
+        later = self._scheme.march(theta, self._start, self.snapshot_times.tolist())
+        return np.concatenate([self._start[None], later])
+
+    def _state(self, theta: NDArray, time: float) -> NDArray[np.float64]:
+        """Cell averages at any time of the solve, (nx, ny)."""
+        times, solution = self.snapshot_times, self.solve(theta)
+        nearest = int(np.abs(times - time).argmin())
+        if abs(times[nearest] - time) <= 1e-9 * self.interval:
+            return solution[nearest]
+        last = int(np.searchsorted(times, time)) - 1
+        between = (float(times[last]), float(time))
+        name = key(self._key, self._checked(theta), between)
+        return self.solutions.get(name, lambda: self._scheme.march(theta, solution[last], between)[0])
+
+    def _stencils(self, positions: NDArray) -> tuple[tuple[NDArray, NDArray], tuple[NDArray, NDArray]]:
+        """Cells (n, WIDTH, WIDTH) round every position, as x and y indices, and weights along x and y (n, WIDTH)."""
+        sides = zip(positions.T, self.domain.lower, self.domain.upper, self.cells, strict=True)
+        (ix, wx), (iy, wy) = (sampling.stencil(*side) for side in sides)
+        near = self._scheme.nearest_water
+        x, y = ix[:, :, None], iy[:, None, :]
+        return (near[0][x, y], near[1][x, y]), (wx, wy)
+
+    def _clipped(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Without the undershoots that sampling between cells makes, where nothing may be negative."""
+        return np.maximum(values, 0.0) if self.positive else values
+
+    def _checked(self, theta: NDArray) -> NDArray[np.float64]:
+        return np.array(checks.vector("theta", np.asarray(theta, dtype=float), len(self.parameters)))
+
+    def _corners(self, grid: Grid) -> NDArray[np.float64]:
+        return np.array([[grid.x.min(), grid.y.min()], [grid.x.max(), grid.y.max()]])
+
+    def _check_samples(self, positions: NDArray, times: NDArray) -> None:
+        low, high = self.domain.lower, self.domain.upper
+        outside = ~np.all((positions >= low) & (positions <= high), axis=1)
+        if outside.any():
+            rule = f"must lie in the domain {list(low)} to {list(high)}"
+            raise OutsideDomain("positions", positions[outside][0], rule, "length")
+        late = ~((times >= 0) & (times <= self.final_time * (1 + 1e-12)))
+        if late.any():
+            rule = f"must lie in [0, {self.final_time:g}]"
+            raise OutsideDomain("times", float(times[late][0]), rule, "time", "raise pde.final_time")
+
+
+def _cells_per_rise(averages: NDArray[np.float64]) -> float:
+    """Over how many cells the field rises from 0 to its largest value at its steepest."""
+    steepest = max(np.abs(np.diff(averages, axis=axis)).max() for axis in (0, 1))
+    return float(np.abs(averages).max() / steepest) if steepest > 0 else np.inf

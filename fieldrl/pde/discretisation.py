@@ -1,0 +1,259 @@
+"""Eq. (29) on one grid: everything that does not depend on theta, and the march through time.
+
+| symbol | meaning | shape | unit |
+|---|---|---|---|
+| c | cell averages of the field | (nx, ny) | field |
+| psi | streamfunction at the cells' corners | (k, nx + 1, ny + 1) | length^2/time |
+| g | cell averages of the source | (k, nx, ny) | field/time |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fieldrl.core.checks import SolveFailed
+from fieldrl.core.domain import Domain
+from fieldrl.pde import finite_volume as fv
+from fieldrl.pde import limited, obstacles, sampling, stepping
+from fieldrl.pde.flow import Flow, Separable
+from fieldrl.pde.source import LocalisedSource
+
+MOST_SUBSTEPS = 200_000  # per stretch; a flow that needs more is refused
+_GROWTH = 10.0  # a field that outgrows its initial values and source so far is unstable
+_CHUNK = 64  # steps whose streamfunctions are held at once
+
+
+class Source(Protocol):
+    """What enters the water: rate(positions (n, 2), time) -> (n,) [field unit/time]."""
+
+    def rate(self, positions: NDArray[np.float64], time: float) -> NDArray[np.float64]: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Discretisation:
+    """The scheme on nx times ny cells.
+
+    Args:
+        flow: moves the water.
+        source: g, or None.
+        diffusivity: rho [length^2/time].
+        domain: its outer walls and obstacles are closed to diffusion, and to the flow where psi is constant on them.
+        cells: (nx, ny).
+        order: of the upwind stencils, 3, 5, 7 or 9.
+        courant: share of the stability limit that a step uses.
+        positive: whether to limit fluxes so that nothing becomes negative.
+    """
+
+    flow: Flow
+    source: Source | None
+    diffusivity: float
+    domain: Domain
+    cells: tuple[int, int]
+    order: int
+    courant: float
+    positive: bool
+
+    @cached_property
+    def edges(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Coordinates of the cells' edges, (nx + 1,), (ny + 1,) [length]."""
+        sides = zip(self.domain.lower, self.domain.upper, self.cells, strict=True)
+        x, y = (np.linspace(low, high, n + 1) for low, high, n in sides)
+        return x, y
+
+    @cached_property
+    def cell(self) -> tuple[float, float]:
+        """Cell size (x, y) [length]."""
+        x, y = self.edges
+        return float(x[1] - x[0]), float(y[1] - y[0])
+
+    @cached_property
+    def solid(self) -> NDArray[np.bool_]:
+        """Cells that are obstacle, (nx, ny)."""
+        return obstacles.solid_cells(self.domain, *self.cells)
+
+    @cached_property
+    def nearest_water(self) -> NDArray[np.int64]:
+        """For each cell the water cell whose value stands for it, (2, nx, ny)."""
+        return obstacles.nearest_water(self.solid)
+
+    @cached_property
+    def _shape(self) -> fv.Layout:
+        return fv.layout(self.order, *self.cells)
+
+    @cached_property
+    def _weights(self) -> fv.Stencils:
+        return fv.stencils(self.order, self.diffusivity, self.cell)
+
+    @cached_property
+    def _walls(self) -> fv.Walls:
+        return obstacles.walls(self.solid, self._shape)
+
+    @cached_property
+    def _deflection(self) -> obstacles.Deflection | None:
+        return obstacles.Deflection(self.solid, self.cell) if self.solid.any() else None
+
+    @property
+    def diffusion_rate(self) -> float:
+        """Q = rho (1/hx^2 + 1/hy^2) [1/time]."""
+        return self.diffusivity * sum(1 / h**2 for h in self.cell)
+
+    def averages(self, value) -> NDArray[np.float64]:
+        """Cell averages of a function of positions, zero in obstacles, (nx, ny)."""
+        return np.where(self.solid, 0.0, sampling.cell_averages(value, *self.edges))
+
+    def streamfunction(self, theta: NDArray, times: NDArray) -> NDArray[np.float64]:
+        """psi at times (k,), constant on closed walls and obstacles, (k, nx + 1, ny + 1)."""
+        psi = _vertex_values(self.flow, theta, *self.edges, times)
+        _close_walls(psi)
+        return psi if self._deflection is None else self._deflection(psi)
+
+    def crossing_rate(self, psi: NDArray[np.float64]) -> float:
+        """S, the most cells that the water crosses per time [1/time]."""
+        return float(fv.crossing_rate(psi, self._weights.per_x, self._weights.per_y))
+
+    def substeps(self, psi: NDArray[np.float64], span: float) -> int:
+        """How many substeps the flow psi needs for a span of time."""
+        rate = self._rate(psi)
+        return 2 * stepping.steps_for(span, rate) if np.isfinite(rate) else MOST_SUBSTEPS + 1
+
+    def march(
+        self, theta: NDArray, averages: NDArray[np.float64], times: Sequence[float]
+    ) -> NDArray[np.float64]:
+        """Cell averages at times[1:], from those at times[0].
+
+        Args:
+            theta: (p,).
+            averages: (nx, ny).
+            times: increasing, (k + 1,) [time].
+
+        Returns:
+            (k, nx, ny).
+
+        Raises:
+            SolveFailed: the field is no longer finite, has grown without cause, or the flow is too fast.
+        """
+        state = _State(fv.padded(averages, self._shape), fv.scratch(self._shape), self._shape)
+        bound = _GROWTH * np.abs(averages).max()
+        kept = np.empty((len(times) - 1, *self.cells))
+        for k, (start, end) in enumerate(zip(times[:-1], times[1:], strict=True)):
+            for low, high in self._stretches(start, end):
+                bound += _GROWTH * self._carry(theta, state, low, high)
+            kept[k] = fv.interior(state.cells, self._shape)
+            _check(kept[k], bound, theta, end)
+        return kept
+
+    def _stretches(self, start: float, end: float) -> list[tuple[float, float]]:
+        """The span, cut where the source opens or closes."""
+        cuts = (getattr(self.source, name, None) for name in ("opens", "closes"))
+        points = [start, *sorted(cut for cut in cuts if cut is not None and start < cut < end), end]
+        return list(zip(points[:-1], points[1:], strict=True))
+
+    def _rate(self, psi: NDArray[np.float64]) -> float:
+        """Substeps (steps where positive) per time that psi needs."""
+        speed = self.crossing_rate(psi)
+        if self.positive:
+            return 2 * limited.step_rate(speed, self.diffusion_rate) / self.courant
+        return stepping.substep_rate(self.order, speed, self.diffusion_rate) / self.courant
+
+    def _carry(self, theta: NDArray, state: _State, start: float, end: float) -> float:
+        """Advance the state over a stretch; returns the most that the source adds."""
+        span = end - start
+        looked_at = self.streamfunction(theta, start + span * np.array([0.0, 0.5, 1.0]))
+        steps = self._steps(looked_at, span, theta, start)
+        added, begin, length = 0.0, 0, span / steps
+        while begin < steps:
+            count = min(_CHUNK, steps - begin)
+            psi, rates = self._frozen(theta, start + begin * length, count * length, count, (start, end))
+            if (needed := self._steps(psi, span, theta, start)) > steps and begin == 0:
+                steps, length = needed, span / needed
+                continue
+            self._advance(state, psi, rates, length)
+            begin += count
+            added = max(added, span * float(np.abs(rates).max(initial=0.0)))
+        return added
+
+    def _steps(self, psi: NDArray[np.float64], span: float, theta: NDArray, time: float) -> int:
+        rate = self._rate(psi)
+        if not np.isfinite(rate) or rate * span > MOST_SUBSTEPS:
+            raise SolveFailed(theta.tolist(), time, f"the flow needs {rate:.3g} substeps per time")
+        return stepping.steps_for(span, rate)
+
+    def _frozen(self, theta, start, span, count, stretch) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """psi and g of each (sub)step of ``count`` steps."""
+
+        def psi(times):
+            return self.streamfunction(theta, times)
+
+        def source(times):
+            return self._source(times, stretch)
+
+        hold = stepping.stages if self.positive else stepping.frozen
+        return hold(psi, start, span, count), hold(source, start, span, count)
+
+    def _source(self, times: NDArray[np.float64], stretch: tuple[float, float]) -> NDArray[np.float64]:
+        """g at times (k,) as flat padded cells (k, size), taken inside the stretch; (k, 0) without a source."""
+        if self.source is None:
+            return np.zeros((len(times), 0))
+        margin = 1e-9 * (stretch[1] - stretch[0])
+        inside = np.clip(times, stretch[0] + margin, stretch[1] - margin)
+        if isinstance(self.source, LocalisedSource):  # steady while it is open
+            return np.repeat(self._source_at(inside[0])[None], len(times), axis=0)
+        return np.stack([self._source_at(time) for time in inside])
+
+    def _source_at(self, time: float) -> NDArray[np.float64]:
+        source = self.source
+        averages = (
+            self.averages(lambda positions: source.rate(positions, time)) if source else np.zeros(self.cells)
+        )
+        return fv.padded(averages, self._shape)
+
+    def _advance(self, state: _State, psi: NDArray, rates: NDArray, length: float) -> None:
+        """One compiled call over all steps of length ``length``."""
+        padded = np.zeros((len(psi), (self.cells[0] + 3) * (self._shape.whole + 3 + fv.VECTOR)))
+        fv.vertices(psi, self._shape, padded)
+        common = (self._shape, self._weights, self._walls, state.work)
+        if self.positive:
+            faces = limited.faces(self._shape)
+            limited.advance(state.cells, padded, rates, length, *common, self.diffusivity, faces, state.spare)
+        else:
+            fv.advance(state.cells, padded, rates, length / 2, stepping.CHAIN, *common, state.spare)
+
+
+class _State:
+    """The field on its way through time, and the arrays that it needs."""
+
+    def __init__(self, cells: NDArray[np.float64], work: fv.Scratch, shape: fv.Layout) -> None:
+        self.cells, self.work, self.shape = cells, work, shape
+        self.spare = np.zeros((2, cells.size))
+
+
+def _vertex_values(flow: Flow, theta: NDArray, x: NDArray, y: NDArray, times: NDArray) -> NDArray[np.float64]:
+    """psi at the corners (x_i, y_j) at all times, (k, nx + 1, ny + 1)."""
+    if isinstance(flow, Separable):
+        of_x, of_y = flow.factors(theta, x, y, times)
+        return np.einsum("kri,rj->kij", of_x, of_y)
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    return np.stack([flow.streamfunction(theta, points, t).reshape(len(x), len(y)) for t in times])
+
+
+def _close_walls(psi: NDArray[np.float64]) -> None:
+    """Make psi exactly constant on the outer walls of a flow that means it to be so, but for rounding."""
+    rim = np.concatenate([psi[:, 0], psi[:, -1], psi[:, :, 0], psi[:, :, -1]], axis=1)
+    closed = np.ptp(rim, axis=1) <= 1e-10 * np.abs(psi).max(axis=(1, 2))
+    level = np.where(closed, rim.mean(axis=1), 0.0)[:, None]
+    for wall in (np.s_[:, 0, :], np.s_[:, -1, :], np.s_[:, :, 0], np.s_[:, :, -1]):
+        psi[wall] = np.where(closed[:, None], level, psi[wall])
+
+
+def _check(averages: NDArray[np.float64], bound: float, theta: NDArray, time: float) -> None:
+    """Raises SolveFailed where the field is not finite or beyond ``bound``."""
+    largest = float(np.abs(averages).max())
+    if not largest <= bound:
+        reason = f"the field reached {largest:.3g}" if np.isfinite(largest) else "the field is not finite"
+        raise SolveFailed(theta.tolist(), time, reason)
