@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,7 +53,9 @@ class Workers:
         jobs = self.count(tasks)
         with joblib.parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
             parallel: Any = joblib.Parallel(return_as="generator_unordered", pre_dispatch="all")
-            yield from parallel(joblib.delayed(_in_worker)(task, number) for number in range(tasks))
+            with _uninterrupted():
+                results = parallel(joblib.delayed(_single_threaded)(task, number) for number in range(tasks))
+            yield from results
 
 
 def cores() -> int:
@@ -60,10 +63,17 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _in_worker(task: Task, number: int) -> tuple[int, Any]:
-    """A task in a worker process, which leaves an interrupt to its parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return _single_threaded(task, number)
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Processes that are started in here inherit that an interrupt is not for them, but for their parent."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _single_threaded(task: Task, number: int) -> tuple[int, Any]:

@@ -48,7 +48,10 @@ CASES = {
     "no replicate": ("replicates=0", ["replicates=0", ">= 1"]),
     "fewer than no evaluation episodes": ("evaluation_episodes=-1", ["evaluation_episodes=-1", ">= 0"]),
     "an empty output folder": ("output_dir=''", ["output_dir", "path of a folder"]),
-    "an output folder below a file": ("output_dir=/dev/null/x", ["output_dir=/dev/null/x", "cannot be written"]),
+    "an output folder below a file": (
+        "output_dir=/dev/null/x",
+        ["output_dir=/dev/null/x", "cannot be written"],
+    ),
     "a value that must be given": ("seed=???", ["seed=???", "must be given"]),
     "an interpolation that leads nowhere": ("seed=${sead}", ["seed", "sead"]),
     "a list that does not end": ("vehicle.start=[1,2", ["vehicle.start=[1,2", "cannot be read"]),

@@ -1,0 +1,44 @@
+"""What the tests of whole runs share: a small run, by subprocess or in this process."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+SMALL = ("episodes=3", "steps=4", "evaluation_episodes=2", "replicates=2")
+UNTRACKED = (*SMALL, "tracking=none")
+
+
+def fieldrl(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """The command, as a user runs it in ``folder``."""
+    return subprocess.run(
+        [sys.executable, "-m", "fieldrl.app.main", *arguments],
+        cwd=folder, capture_output=True, text=True, env=os.environ | environment, check=False, timeout=300,
+    )  # fmt: skip
+
+
+def summary(folder: Path, output_dir: str = "outputs") -> dict:
+    """The summary of the only run in an output folder."""
+    (path,) = (folder / output_dir / "runs").glob("*/summary.json")
+    return json.loads(path.read_text())
+
+
+@pytest.fixture
+def run_here(tmp_path, monkeypatch, capfd) -> Callable[..., tuple[int, str, str]]:
+    """Run the command in this process, in an empty folder: (status, output, errors)."""
+    from fieldrl.app.main import main
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        status = main(["parallel=serial", *arguments])
+        return status, *capfd.readouterr()
+
+    return run

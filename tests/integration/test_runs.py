@@ -1,0 +1,198 @@
+"""Whole runs, small: identity, reuse, files, workers, sweeps, interruptions."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+import xarray as xr
+
+from tests.integration.conftest import SMALL, UNTRACKED, fieldrl, summary
+
+SCHEMA = {
+    "experiment", "key", "seed", "replicates", "episodes", "steps", "finished", "seconds", "version",
+    "parameters", "best_episode", "e_f", "e_cv", "e_total", "theta_error", "field_rmse", "forward_solves",
+    "replicates_table", "pooled",
+}  # fmt: skip
+
+
+def record(folder, output_dir="outputs") -> xr.Dataset:
+    (path,) = (folder / output_dir / "runs").glob("*/record.nc")
+    with xr.open_dataset(path, engine="h5netcdf") as found:
+        return found.load()
+
+
+def test_a_run_leaves_its_four_things_and_nothing_else(run_here, tmp_path):
+    status, output, errors = run_here(*UNTRACKED)
+    assert (status, errors) == (0, "")
+    (folder,) = (tmp_path / "outputs" / "runs").iterdir()
+    assert {path.name for path in folder.iterdir()} == {".hydra", "record.nc", "summary.json", "figures"}
+    assert {path.name for path in (folder / ".hydra").iterdir()} == {
+        "config.yaml",
+        "hydra.yaml",
+        "overrides.yaml",
+    }
+    assert {path.name for path in (folder / "figures").glob("*.png")} >= {"path.png", "learning_curve.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"outputs"}
+    assert {path.name for path in (tmp_path / "outputs").iterdir()} == {"runs", ".locks"}
+    assert folder.name in output
+
+
+def test_the_summary_has_every_key_of_the_schema(run_here, tmp_path):
+    run_here(*UNTRACKED)
+    found = summary(tmp_path)
+    assert found.keys() >= SCHEMA
+    assert found["finished"] is True
+    assert found["parameters"]["b_x"].keys() == {"true", "estimate", "unit"}
+    assert len(found["replicates_table"]) == 2
+
+
+def test_the_output_is_plain_and_fits_80_columns_where_there_is_no_terminal(run_here):
+    _, output, _ = run_here(*UNTRACKED)
+    assert "\x1b" not in output
+    assert max(len(line) for line in output.splitlines()) <= 80
+
+
+def test_a_finished_run_is_not_computed_again(run_here, tmp_path):
+    run_here(*UNTRACKED)
+    (path,) = (tmp_path / "outputs" / "runs").glob("*/record.nc")
+    before = path.stat().st_mtime_ns
+    status, output, _ = run_here(*UNTRACKED)
+    assert status == 0
+    assert "finished before" in output
+    assert "b_x" in output
+    assert path.stat().st_mtime_ns == before
+
+
+def test_force_computes_a_finished_run_again_with_the_same_result(run_here, tmp_path):
+    run_here(*UNTRACKED)
+    first, result = record(tmp_path), summary(tmp_path)
+    _, output, _ = run_here(*UNTRACKED, "force=true")
+    assert "finished before" not in output
+    xr.testing.assert_identical(record(tmp_path), first)
+    assert summary(tmp_path) | {"seconds": 0} == result | {"seconds": 0}
+
+
+def test_the_number_of_workers_does_not_change_a_bit(tmp_path):
+    for jobs in (1, 2, 3):
+        finished = fieldrl(
+            tmp_path, *SMALL, "replicates=3", "tracking=none", f"parallel.jobs={jobs}", f"output_dir=by{jobs}"
+        )
+        assert finished.returncode == 0, finished.stderr
+        assert finished.stderr == ""
+    for jobs in ("by2", "by3"):
+        xr.testing.assert_identical(record(tmp_path, jobs), record(tmp_path, "by1"))
+
+
+def test_a_replicate_does_not_depend_on_how_many_there_are(run_here, tmp_path):
+    run_here(*UNTRACKED, "replicates=1", "output_dir=one")
+    run_here(*UNTRACKED, "replicates=2", "output_dir=two")
+    first, both = record(tmp_path, "one"), record(tmp_path, "two")
+    xr.testing.assert_equal(first.isel(replicate=0), both.isel(replicate=0))
+
+
+def test_a_run_with_a_garbled_summary_is_computed_again(run_here, tmp_path):
+    run_here(*UNTRACKED)
+    (path,) = (tmp_path / "outputs" / "runs").glob("*/summary.json")
+    path.write_text(path.read_text()[:50])
+    status, output, _ = run_here(*UNTRACKED)
+    assert status == 0
+    assert "finished before" not in output
+    assert json.loads(path.read_text())["finished"] is True
+
+
+def test_a_write_that_fails_says_so_and_keeps_the_finished_run(run_here, tmp_path, monkeypatch):
+    run_here(*UNTRACKED)
+    result = summary(tmp_path)
+
+    def full(*_args, **_options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    status, _, errors = run_here(*UNTRACKED, "force=true")
+    assert status == 1
+    assert "No space left on device" in errors
+    assert 1 <= len(errors.strip().splitlines()) <= 3
+    assert summary(tmp_path) == result
+    assert not list((tmp_path / "outputs" / "runs").glob("*/.*.tmp"))
+
+
+def test_two_processes_asked_for_the_same_run_share_one_result(tmp_path):
+    command = [sys.executable, "-m", "fieldrl.app.main", *UNTRACKED, "episodes=150", "parallel.jobs=1"]
+    both = [
+        subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    outputs = [process.communicate(timeout=300) for process in both]
+    assert [process.returncode for process in both] == [0, 0], outputs
+    assert sum("finished before" in output for output, _ in outputs) == 1
+    summary(tmp_path)
+
+
+def test_an_interrupt_ends_with_130_and_one_line(tmp_path):
+    command = [sys.executable, "-m", "fieldrl.app.main", "episodes=100000", "replicates=2", "tracking=none"]
+    process = subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    _wait_for(tmp_path / "outputs" / ".locks")
+    time.sleep(3)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert len(errors.strip().splitlines()) == 1, errors
+    assert not (tmp_path / "outputs" / "runs").exists()
+
+
+def _wait_for(path, seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not path.exists():
+        assert time.monotonic() < end, f"{path} did not appear"
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize("launcher", ["basic", "joblib"])
+def test_a_sweep_runs_every_job_and_puts_nothing_strange_anywhere(tmp_path, launcher):
+    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "seed=0,1,2", f"hydra/launcher={launcher}")
+    assert finished.returncode == 0, finished.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"outputs"}
+    assert {path.name for path in (tmp_path / "outputs").iterdir()} == {"runs", "sweeps", ".locks"}
+    assert len(list((tmp_path / "outputs" / "runs").glob("*/summary.json"))) == 3
+
+
+def test_a_job_of_a_sweep_that_fails_does_not_stop_the_others(tmp_path):
+    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "vehicle.max_speed=-1,5")
+    assert finished.returncode == 1
+    assert "vehicle.max_speed=-1: must be > 0" in finished.stderr
+    assert "Traceback" not in finished.stderr
+    assert summary(tmp_path)["finished"] is True
+
+
+def test_the_command_works_where_the_configuration_is_not(tmp_path):
+    finished = fieldrl(tmp_path, "--cfg", "job")
+    assert finished.returncode == 0
+    assert "max_speed: 10.0" in finished.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_is_quick_and_names_groups_options_and_keys(tmp_path):
+    best = min(_timed_help(tmp_path) for _ in range(3))
+    assert best < 0.7
+
+
+def _timed_help(folder) -> float:
+    started = time.perf_counter()
+    finished = fieldrl(folder, "--help")
+    elapsed = time.perf_counter() - started
+    words = ("agent", "sarsa_lambda", "lawnmower", "experiment", "episodes", "output_dir", "-m")
+    assert all(word in finished.stdout for word in words)
+    return elapsed
