@@ -61,9 +61,9 @@ def _basin() -> Domain:
 class AdvectionDiffusion:
     """A feature that a flow stirs and diffusion spreads; a forward model.
 
-    Walls are closed to diffusion. Where the flow has no normal velocity on them (the double gyre) they are closed
-    altogether and mass is kept; where it has one (uniform flow), the water carries its feature out freely and
-    comes in with the value that it has at the wall.
+    Walls are closed to diffusion. Where the flow has no normal velocity on them (the double gyre) they are
+    closed altogether and mass is kept; where it has one (uniform flow), the water carries its feature out
+    freely and comes in with the value that it has at the wall.
 
     Args:
         flow: moves the water; its parameters are the unknowns.
@@ -133,7 +133,7 @@ class AdvectionDiffusion:
         """Warns, with the number, where the feature rises over too few cells."""
         if self.positive and self._start.min() < 0:
             raise checks.InvalidValue("positive", True, "needs an initial feature that is nowhere negative")
-        resolved = _cells_per_rise(self._start)
+        resolved = sampling.cells_per_rise(self._start)
         if resolved < _CELLS_PER_FEATURE:
             warnings.warn(
                 f"cells={list(self.cells)}: the initial feature rises over {resolved:.1f} cells; "
@@ -211,7 +211,7 @@ class AdvectionDiffusion:
         return replace(self, cells=tuple(n * self.truth_refinement for n in self.cells))
 
     def solve(self, theta: NDArray) -> NDArray[np.float64]:
-        """Cell averages at ``snapshot_times`` for theta (p,), (k, nx, ny) [field unit]; raises SolveFailed."""
+        """Cell averages at ``snapshot_times`` for theta (p,), (k, nx, ny) [field unit]; or SolveFailed."""
         theta = self._checked(theta)
         return self.solutions.get(key(self._key, theta), lambda: self._march(theta))
 
@@ -244,7 +244,7 @@ class AdvectionDiffusion:
         return self._clipped(np.array(rows).reshape(-1, len(times)))
 
     def field(self, theta: NDArray, time: float, grid: Grid) -> NDArray[np.float64]:
-        """The field at the points of ``grid``, 0 in obstacles, (nx, ny) [field unit]; errors as ``predict``."""
+        """The field on ``grid``, 0 in obstacles, (nx, ny) [field unit]; errors as ``predict``."""
         self._check_samples(self._corners(grid), np.full(2, float(time)))
         (x0, y0), (x1, y1) = self.domain.lower, self.domain.upper
         across = sampling.matrix(grid.x, x0, x1, self.cells[0])
@@ -271,7 +271,7 @@ class AdvectionDiffusion:
         return self.solutions.get(name, lambda: self._scheme.march(theta, solution[last], between)[0])
 
     def _stencils(self, positions: NDArray) -> tuple[tuple[NDArray, NDArray], tuple[NDArray, NDArray]]:
-        """Cells (n, WIDTH, WIDTH) round every position, as x and y indices, and weights along x and y (n, WIDTH)."""
+        """Cells round every position, x and y (n, WIDTH, WIDTH), and their weights, x and y (n, WIDTH)."""
         sides = zip(positions.T, self.domain.lower, self.domain.upper, self.cells, strict=True)
         (ix, wx), (iy, wy) = (sampling.stencil(*side) for side in sides)
         near = self._scheme.nearest_water
@@ -298,9 +298,3 @@ class AdvectionDiffusion:
         if late.any():
             rule = f"must lie in [0, {self.final_time:g}]"
             raise OutsideDomain("times", float(times[late][0]), rule, "time", "raise pde.final_time")
-
-
-def _cells_per_rise(averages: NDArray[np.float64]) -> float:
-    """Over how many cells the field rises from 0 to its largest value at its steepest."""
-    steepest = max(np.abs(np.diff(averages, axis=axis)).max() for axis in (0, 1))
-    return float(np.abs(averages).max() / steepest) if steepest > 0 else np.inf

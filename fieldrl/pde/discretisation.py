@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +22,7 @@ from fieldrl.core.checks import SolveFailed
 from fieldrl.core.domain import Domain
 from fieldrl.pde import finite_volume as fv
 from fieldrl.pde import limited, obstacles, sampling, stepping
+from fieldrl.pde import stencils as st
 from fieldrl.pde.flow import Flow, Separable
 from fieldrl.pde.source import LocalisedSource
 
@@ -43,7 +45,7 @@ class Discretisation:
         flow: moves the water.
         source: g, or None.
         diffusivity: rho [length^2/time].
-        domain: its outer walls and obstacles are closed to diffusion, and to the flow where psi is constant on them.
+        domain: closed to diffusion at walls and obstacles, and to the flow where psi is constant on them.
         cells: (nx, ny).
         order: of the upwind stencils, 3, 5, 7 or 9.
         courant: share of the stability limit that a step uses.
@@ -83,15 +85,15 @@ class Discretisation:
         return obstacles.nearest_water(self.solid)
 
     @cached_property
-    def _shape(self) -> fv.Layout:
-        return fv.layout(self.order, *self.cells)
+    def _shape(self) -> st.Layout:
+        return st.layout(self.order, *self.cells)
 
     @cached_property
-    def _weights(self) -> fv.Stencils:
-        return fv.stencils(self.order, self.diffusivity, self.cell)
+    def _weights(self) -> st.Stencils:
+        return st.stencils(self.order, self.diffusivity, self.cell)
 
     @cached_property
-    def _walls(self) -> fv.Walls:
+    def _walls(self) -> st.Walls:
         return obstacles.walls(self.solid, self._shape)
 
     @cached_property
@@ -138,13 +140,13 @@ class Discretisation:
         Raises:
             SolveFailed: the field is no longer finite, has grown without cause, or the flow is too fast.
         """
-        state = _State(fv.padded(averages, self._shape), fv.scratch(self._shape), self._shape)
+        state = _State(st.padded(averages, self._shape), st.scratch(self._shape), self._shape)
         bound = _GROWTH * np.abs(averages).max()
         kept = np.empty((len(times) - 1, *self.cells))
-        for k, (start, end) in enumerate(zip(times[:-1], times[1:], strict=True)):
+        for k, (start, end) in enumerate(pairwise(times)):
             for low, high in self._stretches(start, end):
                 bound += _GROWTH * self._carry(theta, state, low, high)
-            kept[k] = fv.interior(state.cells, self._shape)
+            kept[k] = st.interior(state.cells, self._shape)
             _check(kept[k], bound, theta, end)
         return kept
 
@@ -152,7 +154,7 @@ class Discretisation:
         """The span, cut where the source opens or closes."""
         cuts = (getattr(self.source, name, None) for name in ("opens", "closes"))
         points = [start, *sorted(cut for cut in cuts if cut is not None and start < cut < end), end]
-        return list(zip(points[:-1], points[1:], strict=True))
+        return list(pairwise(points))
 
     def _rate(self, psi: NDArray[np.float64]) -> float:
         """Substeps (steps where positive) per time that psi needs."""
@@ -197,7 +199,7 @@ class Discretisation:
         return hold(psi, start, span, count), hold(source, start, span, count)
 
     def _source(self, times: NDArray[np.float64], stretch: tuple[float, float]) -> NDArray[np.float64]:
-        """g at times (k,) as flat padded cells (k, size), taken inside the stretch; (k, 0) without a source."""
+        """g at times (k,), taken inside the stretch, as padded cells (k, size); (k, 0) without a source."""
         if self.source is None:
             return np.zeros((len(times), 0))
         margin = 1e-9 * (stretch[1] - stretch[0])
@@ -211,11 +213,11 @@ class Discretisation:
         averages = (
             self.averages(lambda positions: source.rate(positions, time)) if source else np.zeros(self.cells)
         )
-        return fv.padded(averages, self._shape)
+        return st.padded(averages, self._shape)
 
     def _advance(self, state: _State, psi: NDArray, rates: NDArray, length: float) -> None:
         """One compiled call over all steps of length ``length``."""
-        padded = np.zeros((len(psi), (self.cells[0] + 3) * (self._shape.whole + 3 + fv.VECTOR)))
+        padded = np.zeros((len(psi), (self.cells[0] + 3) * (self._shape.whole + 3 + st.VECTOR)))
         fv.vertices(psi, self._shape, padded)
         common = (self._shape, self._weights, self._walls, state.work)
         if self.positive:
@@ -228,7 +230,7 @@ class Discretisation:
 class _State:
     """The field on its way through time, and the arrays that it needs."""
 
-    def __init__(self, cells: NDArray[np.float64], work: fv.Scratch, shape: fv.Layout) -> None:
+    def __init__(self, cells: NDArray[np.float64], work: st.Scratch, shape: st.Layout) -> None:
         self.cells, self.work, self.shape = cells, work, shape
         self.spare = np.zeros((2, cells.size))
 

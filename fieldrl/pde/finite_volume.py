@@ -7,9 +7,12 @@ The unknowns are cell averages. On the face between two cells the flux is
 | symbol | meaning | lives on |
 |---|---|---|
 | U | mean normal velocity of the face, the difference of psi between its two vertices | face |
-| C, D, G | value, upwind dissipation and normal gradient from the K cells on either side, order 2K (2K - 1) | face |
-| U', M | slope of U along the face, first moment of the value along it: the mean of a product is not the product of means | face |
+| C, D, G | value, upwind dissipation, normal gradient, from the K cells on either side | face |
+| U', M | slope of U along the face and first moment of the value along it | face |
 | psi | streamfunction, with one extrapolated vertex outside every wall | vertices (nx + 3, ny + 3) |
+
+C and G are of order 2 K, with D of order 2 K - 1. The term U' M is there because the mean of a product is not
+the product of the means; it is what a scheme of order > 2 in two dimensions needs.
 
 Differences of psi are exactly divergence-free, so a constant field stays constant; what leaves a cell
 enters its neighbour, so mass is kept to rounding. Walls mirror the field (homogeneous Neumann).
@@ -20,129 +23,13 @@ unsigned because numba wraps signed ones round, which keeps LLVM from vectorisin
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
 from numba import njit, uintp
-from numpy.typing import NDArray
+
+from fieldrl.pde.stencils import VECTOR
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
-VECTOR = 8  # numbers in the widest vector register
 _0, _1, _2, _3, _8 = uintp(0), uintp(1), uintp(2), uintp(3), uintp(VECTOR)
 _NEAR, _FAR = 41 / 720, -11 / 1440  # first moment of a row of averages, exact for cubics
-
-EVEN = {
-    3: (7 / 12, -1 / 12),
-    5: (37 / 60, -2 / 15, 1 / 60),
-    7: (533 / 840, -139 / 840, 29 / 840, -1 / 280),
-    9: (1627 / 2520, -473 / 2520, 127 / 2520, -23 / 2520, 1 / 1260),
-}
-UPWIND = {
-    3: (1 / 4, -1 / 12),
-    5: (1 / 6, -1 / 12, 1 / 60),
-    7: (1 / 8, -3 / 40, 1 / 40, -1 / 280),
-    9: (1 / 10, -1 / 15, 1 / 35, -1 / 140, 1 / 1260),
-}
-GRADIENT = {
-    3: (5 / 4, -1 / 12),
-    5: (49 / 36, -5 / 36, 1 / 90),
-    7: (205 / 144, -127 / 720, 17 / 720, -1 / 560),
-    9: (5269 / 3600, -731 / 3600, 883 / 25200, -13 / 2800, 1 / 3150),
-}
-
-
-class Stencils(NamedTuple):
-    """Weights of the cells on either side of a face, nearest first, (K,) each, and 1 / cell size.
-
-    Args:
-        even: of the sum of a pair, for the value C.
-        upwind: of its difference, for the dissipation D.
-        diffusion_x: of its difference, for rho G through faces normal to x [length/time].
-        diffusion_y: the same for faces normal to y [length/time].
-        per_x: 1 / cell size in x [1/length].
-        per_y: 1 / cell size in y [1/length].
-    """
-
-    even: tuple[float, ...]
-    upwind: tuple[float, ...]
-    diffusion_x: tuple[float, ...]
-    diffusion_y: tuple[float, ...]
-    per_x: float
-    per_y: float
-
-
-class Walls(NamedTuple):
-    """Obstacles as the stencils see them; every array is empty where there are none.
-
-    Args:
-        cells: flat indices of the padded cells that are solid, (s,).
-        nearest: the water cell from which each takes its value, (s,).
-        open_x: 1 where water can pass a face normal to x, else 0, (nx + 1, padded ny).
-        open_y: the same for faces normal to y, (nx, padded ny + 1).
-    """
-
-    cells: NDArray[np.int64]
-    nearest: NDArray[np.int64]
-    open_x: NDArray[np.float64]
-    open_y: NDArray[np.float64]
-
-
-class Layout(NamedTuple):
-    """Sizes of a padded array of cells.
-
-    Args:
-        nx, ny: cells.
-        ghosts: K, ghost cells on each side.
-        row: numbers from one row along y to the next.
-        whole: ny rounded up to whole vectors.
-    """
-
-    nx: int
-    ny: int
-    ghosts: int
-    row: int
-    whole: int
-
-
-class Scratch(NamedTuple):
-    """Rows that are worked on; made once per solve."""
-
-    flux_x: NDArray[np.float64]
-    flux_y: NDArray[np.float64]
-    moment_x: NDArray[np.float64]
-    moment_y: NDArray[np.float64]
-
-
-def stencils(order: int, diffusivity: float, cell: tuple[float, float]) -> Stencils:
-    """The weights for an order (3, 5, 7, 9), rho [length^2/time] and the cell size (x, y) [length]."""
-    along_x, along_y = (tuple(w * diffusivity / h for w in GRADIENT[order]) for h in cell)
-    return Stencils(EVEN[order], UPWIND[order], along_x, along_y, 1 / cell[0], 1 / cell[1])
-
-
-def layout(order: int, nx: int, ny: int) -> Layout:
-    """The padded array for nx times ny cells."""
-    ghosts = (order + 1) // 2
-    whole = -(-(ny + 1) // VECTOR) * VECTOR
-    return Layout(nx, ny, ghosts, 2 * ghosts + whole + VECTOR, whole)
-
-
-def scratch(shape: Layout) -> Scratch:
-    """Working rows for a layout."""
-    row = shape.whole + VECTOR
-    return Scratch(np.zeros(2 * row), np.zeros(row), np.zeros(4 * row), np.zeros(row + VECTOR))
-
-
-def padded(averages: NDArray[np.float64], shape: Layout) -> NDArray[np.float64]:
-    """Cell averages (nx, ny) as a flat padded array, ghosts zero."""
-    cells = np.zeros((shape.nx + 2 * shape.ghosts + 1, shape.row))
-    cells[shape.ghosts : shape.ghosts + shape.nx, shape.ghosts : shape.ghosts + shape.ny] = averages
-    return cells.ravel()
-
-
-def interior(cells: NDArray[np.float64], shape: Layout) -> NDArray[np.float64]:
-    """The cell averages (nx, ny) in a flat padded array, a view."""
-    grid = cells.reshape(-1, shape.row)
-    return grid[shape.ghosts : shape.ghosts + shape.nx, shape.ghosts : shape.ghosts + shape.ny]
 
 
 @njit(**OPTIONS)
@@ -160,7 +47,7 @@ def mirror(c, shape):
 
 
 @njit(**OPTIONS)
-def _moment(c, at, stride, out, start, n):
+def moment_along(c, at, stride, out, start, n):
     """First moment of the value within each of n cells along ``stride``, in cell sizes."""
     for j in range(n):
         p = at + j
@@ -170,7 +57,9 @@ def _moment(c, at, stride, out, start, n):
 
 
 @njit(**OPTIONS)
-def _flux_x(c, at, stride, psi, vertex, m, m0, m1, m2, m3, even, upwind, diffusion, per_y, flux, start, n):
+def face_flux_x(
+    c, at, stride, psi, vertex, m, m0, m1, m2, m3, even, upwind, diffusion, per_y, flux, start, n
+):
     """Flux through n faces normal to x, whose cells of greater x begin at ``at``."""
     pairs = len(even)
     for j in range(n):
@@ -193,7 +82,7 @@ def _flux_x(c, at, stride, psi, vertex, m, m0, m1, m2, m3, even, upwind, diffusi
 
 
 @njit(**OPTIONS)
-def _flux_y(c, at, psi, vertex, stride, m, even, upwind, diffusion, per_x, flux, n):
+def face_flux_y(c, at, psi, vertex, stride, m, even, upwind, diffusion, per_x, flux, n):
     """Flux through n faces normal to y, whose cells of greater y begin at ``at``."""
     pairs = len(even)
     for j in range(n):
@@ -232,14 +121,19 @@ def _update(flux_x, low, high, flux_y, base, at, step, per_x, per_y, out, n):
 
 @njit(**OPTIONS)
 def stage(c, psi, base, out, step, rate, shape, weights, walls, work):
-    """out = base + step (L c + rate), L of this psi: the one operation of every time integrator here.
+    """out = base + step (L c + rate), with the L of this psi: what a time step is made of.
 
     Args:
-        c: cell averages with ghosts filled, flat padded.
-        psi: streamfunction, flat (nx + 3) x (whole + 3 + VECTOR) [length^2/time].
-        base: flat padded cells; out: where to write, another array than c and base.
+        c: padded cells, ghosts filled.
+        psi: streamfunction as ``vertices`` lays it out [length^2/time].
+        base: padded cells.
+        out: padded cells to write, another array than c and base.
         step: [time].
-        rate: source per cell, flat padded, or empty [field unit/time].
+        rate: source, padded cells, or empty [field unit/time].
+        shape: Layout.
+        weights: Stencils.
+        walls: Walls.
+        work: Scratch.
     """
     g, row, n = uintp(shape.ghosts), uintp(shape.row), uintp(shape.whole)
     vertices, ring = n + _3 + _8, n + _8
@@ -247,21 +141,21 @@ def stage(c, psi, base, out, step, rate, shape, weights, walls, work):
     low, high, closed = _0, ring, walls.cells.size > 0
     flux_x, flux_y, m = work.flux_x, work.flux_y, work.moment_x
     for r in range(3):
-        _moment(c, (g - _2 + uintp(r)) * row + g, _1, m, uintp(r) * ring, n)
+        moment_along(c, (g - _2 + uintp(r)) * row + g, _1, m, uintp(r) * ring, n)
     for face in range(shape.nx + 1):
         f = uintp(face)
         at = (f + g) * row + g
         rows = (f & _3, (f + _1) & _3, (f + _2) & _3, (f + _3) & _3)
         m0, m1, m2, m3 = rows[0] * ring, rows[1] * ring, rows[2] * ring, rows[3] * ring
-        _moment(c, at + row, _1, m, m3, n)
-        _flux_x(c, at, row, psi, (f + _1) * vertices, m, m0, m1, m2, m3,
+        moment_along(c, at + row, _1, m, m3, n)
+        face_flux_x(c, at, row, psi, (f + _1) * vertices, m, m0, m1, m2, m3,
                 even, weights.upwind, weights.diffusion_x, per_y, flux_x, high, n)  # fmt: skip
         if closed:
             _close(flux_x, high, walls.open_x[face], n)
         if face > 0:
             at -= row
-            _moment(c, at - _2, row, work.moment_y, _0, n + _8)
-            _flux_y(c, at, psi, (f - _1) * vertices + _1, vertices, work.moment_y,
+            moment_along(c, at - _2, row, work.moment_y, _0, n + _8)
+            face_flux_y(c, at, psi, (f - _1) * vertices + _1, vertices, work.moment_y,
                     even, weights.upwind, weights.diffusion_y, per_x, flux_y, n)  # fmt: skip
             if closed:
                 _close(flux_y, _0, walls.open_y[face - 1], n)
@@ -287,12 +181,16 @@ def advance(c, psi, rates, step, chain, shape, weights, walls, work, spare):
     A substep applies the polynomial of degree len(chain) that ``chain`` nests (see stepping).
 
     Args:
-        c: flat padded cells.
-        psi: effective streamfunction of each substep, (substeps, vertices) [length^2/time].
-        rates: effective source of each substep, (substeps, cells), or (substeps, 0).
+        c: padded cells.
+        psi: frozen streamfunction of each substep, (substeps, vertices) [length^2/time].
+        rates: frozen source of each substep, (substeps, size), or (substeps, 0).
         step: length of a substep [time].
         chain: fractions of the substep, first stage first.
-        spare: two more arrays like c, (2, cells).
+        shape: Layout.
+        weights: Stencils.
+        walls: Walls.
+        work: Scratch.
+        spare: two more arrays like c, (2, size).
     """
     for level in range(psi.shape[0]):
         source, into = c, 0
@@ -307,7 +205,7 @@ def advance(c, psi, rates, step, chain, shape, weights, walls, work, spare):
 
 @njit(**OPTIONS)
 def vertices(psi, shape, out):
-    """psi (levels, nx + 1, ny + 1) with an extrapolated vertex round it, for ``stage``: into out (levels, size)."""
+    """Lay out psi (levels, nx + 1, ny + 1) for ``stage``, with an extrapolated vertex round it, in out."""
     nx, ny, row = shape.nx, shape.ny, shape.whole + 3 + VECTOR
     for level in range(psi.shape[0]):
         grid = out[level].reshape(nx + 3, row)
@@ -323,7 +221,7 @@ def vertices(psi, shape, out):
 
 @njit(**OPTIONS)
 def crossing_rate(psi, per_x, per_y):
-    """S, the most cells that water crosses per time in any cell at any level of psi (levels, nx + 1, ny + 1)."""
+    """S, the most cells that water crosses per time, over all levels of psi (levels, nx + 1, ny + 1)."""
     scale, fastest = per_x * per_y, 0.0
     for level in range(psi.shape[0]):
         for i in range(psi.shape[1] - 1):

@@ -29,10 +29,9 @@ from fieldrl.core.compiled import FLOW
 class Flow(Protocol):
     """Any smooth flow. ``names`` and ``units`` are those of its parameters, (p,)."""
 
-    @property
-    def names(self) -> tuple[str, ...]: ...
-    @property
-    def units(self) -> tuple[str, ...]: ...
+    names: ClassVar[tuple[str, ...]]
+    units: ClassVar[tuple[str, ...]]
+
     def velocity(self, theta: ArrayLike, positions: ArrayLike, time: float) -> NDArray[np.float64]: ...
     def streamfunction(self, theta: ArrayLike, positions: ArrayLike, time: float) -> NDArray[np.float64]: ...
 

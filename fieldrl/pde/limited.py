@@ -1,8 +1,8 @@
 """The positivity-preserving time step, for features that must not become negative anywhere.
 
-The third-order strong-stability-preserving Runge-Kutta method (Shu & Osher, 1988) with Zalesak's (1979) limiter on
-every Euler stage: the flux is first-order upwind with second-order diffusion, which keeps the sign, plus as much of
-the difference to the high-order flux as leaves no cell below zero.
+The third-order strong-stability-preserving Runge-Kutta method (Shu & Osher, 1988) with Zalesak's (1979)
+limiter on every Euler stage: the flux is first-order upwind with second-order diffusion, which keeps the
+sign, plus as much of the difference to the high-order flux as leaves no cell below zero.
 
 | symbol | meaning | lives on |
 |---|---|---|
@@ -19,8 +19,9 @@ from numba import njit, uintp
 from numpy.typing import NDArray
 
 from fieldrl.pde import finite_volume as fv
+from fieldrl.pde.stencils import VECTOR, Layout
 
-_0, _1, _2, _3, _8 = uintp(0), uintp(1), uintp(2), uintp(3), uintp(fv.VECTOR)
+_0, _1, _2, _3, _8 = uintp(0), uintp(1), uintp(2), uintp(3), uintp(VECTOR)
 _ALMOST = 1 - 1e-12  # keeps rounding on the right side of zero
 
 
@@ -34,9 +35,9 @@ class Faces(NamedTuple):
     fraction: NDArray[np.float64]
 
 
-def faces(shape: fv.Layout) -> Faces:
+def faces(shape: Layout) -> Faces:
     """Working arrays for a layout."""
-    row = shape.whole + fv.VECTOR
+    row = shape.whole + VECTOR
     x, y = np.zeros((shape.nx + 1, row)), np.zeros((shape.nx, row))
     return Faces(x, y, x.copy(), y.copy(), np.ones((shape.nx + 2, shape.ny + 2)))
 
@@ -55,19 +56,23 @@ def _high_fluxes(c, psi, shape, weights, walls, work, out):
         f = uintp(face)
         at = (f + g) * row + g
         for r in range(4):
-            fv._moment(c, at + uintp(r) * row - _2 * row, _1, m, uintp(r) * ring, n)
-        fv._flux_x(c, at, row, psi, (f + _1) * vertices, m, _0, ring, ring + ring, ring + ring + ring, weights.even,
-                   weights.upwind, weights.diffusion_x, weights.per_y, out.more_x[face], _0, n)  # fmt: skip
+            fv.moment_along(c, at + uintp(r) * row - _2 * row, _1, m, uintp(r) * ring, n)
+        fv.face_flux_x(
+            c, at, row, psi, (f + _1) * vertices, m, _0, ring, ring + ring, ring + ring + ring, weights.even,
+            weights.upwind, weights.diffusion_x, weights.per_y, out.more_x[face], _0, n,
+        )  # fmt: skip
         if face < shape.nx:
-            fv._moment(c, at - _2, row, work.moment_y, _0, n + _8)
-            fv._flux_y(c, at, psi, f * vertices + _1, vertices, work.moment_y, weights.even, weights.upwind,
-                       weights.diffusion_y, weights.per_x, out.more_y[face], n)  # fmt: skip
+            fv.moment_along(c, at - _2, row, work.moment_y, _0, n + _8)
+            fv.face_flux_y(
+                c, at, psi, f * vertices + _1, vertices, work.moment_y, weights.even, weights.upwind,
+                weights.diffusion_y, weights.per_x, out.more_y[face], n,
+            )  # fmt: skip
 
 
 @njit(**fv.OPTIONS)
 def _split(c, psi, shape, weights, walls, diffusivity, out):
     """Low-order fluxes into out.low_*; out.more_* becomes what the high order adds."""
-    g, row, width = shape.ghosts, shape.row, shape.whole + 3 + fv.VECTOR
+    g, row, width = shape.ghosts, shape.row, shape.whole + 3 + VECTOR
     cells, vertex = c.reshape(c.size // row, row), psi.reshape(shape.nx + 3, width)
     closed = walls.cells.size > 0
     for i in range(shape.nx + 1):

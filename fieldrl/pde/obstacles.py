@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from scipy.sparse import linalg
 
 from fieldrl.core import checks
 from fieldrl.core.domain import Domain
-from fieldrl.pde.finite_volume import Layout, Walls
+from fieldrl.pde.stencils import Layout, Walls
 
 
 def solid_cells(domain: Domain, nx: int, ny: int) -> NDArray[np.bool_]:
@@ -39,7 +40,8 @@ def nearest_water(solid: NDArray[np.bool_]) -> NDArray[np.int64]:
     """For each cell the water cell nearest to it, itself where it is water, (2, nx, ny)."""
     if not solid.any():
         return np.indices(solid.shape)
-    return ndimage.distance_transform_edt(solid, return_distances=False, return_indices=True).astype(np.int64)
+    nearest = ndimage.distance_transform_edt(solid, return_distances=False, return_indices=True)
+    return np.asarray(nearest, dtype=np.int64)
 
 
 def walls(solid: NDArray[np.bool_], shape: Layout) -> Walls:
@@ -72,7 +74,8 @@ class Deflection:
     @cached_property
     def label(self) -> NDArray[np.int64]:
         """Which obstacle each vertex touches, 0 for none."""
-        cells = np.pad(ndimage.label(self.solid, structure=np.ones((3, 3)))[0], 1)
+        labelled: Any = ndimage.label(self.solid, structure=np.ones((3, 3)))
+        cells = np.pad(labelled[0], 1)
         return np.maximum.reduce([cells[:-1, :-1], cells[1:, :-1], cells[:-1, 1:], cells[1:, 1:]])
 
     @cached_property
@@ -88,7 +91,7 @@ class Deflection:
     def _laplacian(self) -> sparse.csr_matrix:
         """Five-point Laplacian of the vertices, (v, v)."""
         along = [
-            sparse.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)) / h**2
+            sparse.diags_array([1.0, -2.0, 1.0], offsets=[-1, 0, 1], shape=(n, n)) / h**2  # type: ignore[arg-type]
             for n, h in zip(self.label.shape, self.cell, strict=True)
         ]
         return sparse.csr_matrix(sparse.kronsum(along[1], along[0]))

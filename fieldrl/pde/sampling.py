@@ -24,7 +24,7 @@ def _polynomials() -> NDArray[np.float64]:
     power = np.arange(WIDTH)
     upper, lower = (_OFFSETS[:, None] + 0.5), (_OFFSETS[:, None] - 0.5)
     averages = (upper ** (power + 1) - lower ** (power + 1)) / (power + 1)
-    return np.linalg.inv(averages).T
+    return np.asarray(np.linalg.inv(averages).T, dtype=np.float64)
 
 
 _POLYNOMIALS = _polynomials()
@@ -37,7 +37,8 @@ def stencil(
 
     Args:
         points: coordinates in [low, high], (n,) [length].
-        low, high: the walls [length].
+        low: the lower wall [length].
+        high: the upper wall [length].
         cells: how many equal cells lie between them.
 
     Returns:
@@ -65,7 +66,7 @@ def cell_averages(
     y: NDArray[np.float64],
     nodes: int = 4,
 ) -> NDArray[np.float64]:
-    """Averages of ``value`` over the cells between the edges x (nx + 1,), y (ny + 1,), by Gauss's rule, (nx, ny)."""
+    """Averages of ``value`` over cells with edges x (nx + 1,) and y (ny + 1,), by Gauss's rule, (nx, ny)."""
     node, weight = np.polynomial.legendre.leggauss(nodes)
     along_x, along_y = (
         (0.5 * (edge[1:] + edge[:-1])[:, None] + 0.5 * np.diff(edge)[:, None] * node).ravel()
@@ -74,3 +75,9 @@ def cell_averages(
     points = np.stack(np.meshgrid(along_x, along_y, indexing="ij"), axis=-1).reshape(-1, 2)
     values = np.asarray(value(points), dtype=float).reshape(len(x) - 1, nodes, len(y) - 1, nodes)
     return np.einsum("iajb,a,b->ij", values, weight / 2, weight / 2)
+
+
+def cells_per_rise(averages: NDArray[np.float64]) -> float:
+    """Over how many cells the field rises from 0 to its largest value where it is steepest."""
+    steepest = max(np.abs(np.diff(averages, axis=axis)).max() for axis in (0, 1))
+    return float(np.abs(averages).max() / steepest) if steepest > 0 else np.inf

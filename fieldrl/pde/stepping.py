@@ -1,14 +1,15 @@
 """How far a time step may reach, and what flow it uses.
 
 The semi-discrete equation dc/dt = L(t) c + g(t) is linear. A step of length H is a commutator-free Magnus
-step of order 4 (Blanes & Moan, 2006): two substeps of H / 2, each with a flow that is frozen at a weighted mean of
-the flows at the two Gauss nodes. Within a substep the exponential is a polynomial of degree 6,
+step of order 4 (Blanes & Moan, 2006): two substeps of H / 2, each with a flow that is frozen at a weighted
+mean of the flows at the two Gauss nodes. Within a substep the exponential is a polynomial of degree 6,
 
     R(z) = 1 + z + z^2/2! + z^3/3! + z^4/4! + 0.6716 z^5/5! + 0.589 z^6/6!
 
-exact to order 4; its last two terms were chosen for the longest stable substep with upwind stencils, 0.45 cells per
-evaluation of L against 0.40 for the classical Runge-Kutta method. Nested, each stage is base + fraction * L(last
-stage): nothing is accumulated and only the flow's streamfunction enters, so a substep stays divergence-free.
+exact to order 4; its last two terms were chosen for the longest stable substep with upwind stencils: 0.45
+cells per evaluation of L against 0.40 for the classical Runge-Kutta method (order 9). Nested, each stage is
+base + fraction * L(last stage): nothing is accumulated, and only a streamfunction enters, so the flow stays
+divergence-free within a substep.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -62,7 +63,7 @@ def frozen(levels: Levels, start: float, span: float, steps: int) -> NDArray[np.
 
 
 def stages(levels: Levels, start: float, span: float, steps: int) -> NDArray[np.float64]:
-    """levels at the stages of the third-order Runge-Kutta method: t, t + H, t + H / 2 of each step, (3 steps, ...)."""
+    """levels at t, t + H, t + H / 2 of each step, the stages of the limited scheme, (3 steps, ...)."""
     length = span / steps
     begins = start + length * np.arange(steps)[:, None]
     return levels((begins + length * np.array([0.0, 1.0, 0.5])).ravel())
