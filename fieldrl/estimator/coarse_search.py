@@ -27,7 +27,18 @@ def box_grid(points: int, p: int) -> NDArray[np.float64]:
     return np.stack(np.meshgrid(*[axis] * p, indexing="ij"), axis=-1).reshape(-1, p)
 
 
-@njit(cache=True)
+def axis_neighbours(points: int, p: int) -> NDArray[np.int64]:
+    """The 2p neighbours of each grid point along the axes, itself where there is none, (G, 2p)."""
+    place = np.arange(points**p).reshape((points,) * p)
+    columns = []
+    for axis in range(p):
+        for shift in (-1, 1):
+            along = np.clip(np.arange(points) + shift, 0, points - 1)
+            columns.append(np.take(place, along, axis=axis).ravel())
+    return np.ascontiguousarray(np.stack(columns, axis=-1))
+
+
+@njit(cache=True, error_model="numpy")
 def squared_residuals(kernel, constants, theta, position, time, value, row):
     """Squared residual of one sample at the grid's parameters (G, p), written into ``row`` (G,)."""
     m, p = theta.shape
@@ -47,7 +58,7 @@ def squared_residuals(kernel, constants, theta, position, time, value, row):
         row[g] = (row[g] - value) ** 2
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def refresh(model, theta, samples, memo):
     """Bring the memo's first n rows up to date with the samples; returns how many were computed."""
     labels, squared, total, largest = memo
@@ -65,7 +76,7 @@ def refresh(model, theta, samples, memo):
     return times.size - first
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _first_change(labels, positions, times, values):
     """The first sample that the memo does not hold, n where it holds all."""
     for j in range(times.size):
@@ -75,28 +86,24 @@ def _first_change(labels, positions, times, values):
     return times.size
 
 
-@njit(cache=True)
-def is_minimum(total, row, g, points, p):
-    """Whether total - row at grid point g is not above any of its 2p axis neighbours."""
-    stride, value = 1, total[g] - row[g]
-    for _ in range(p):
-        place = (g // stride) % points
-        if place > 0 and total[g - stride] - row[g - stride] < value:
+@njit(cache=True, error_model="numpy")
+def is_minimum(total, row, g, neighbours):
+    """Whether total - row at grid point g is not above any of its axis neighbours."""
+    value = total[g] - row[g]
+    for k in range(neighbours.shape[1]):
+        beside = neighbours[g, k]
+        if total[beside] - row[beside] < value:
             return False
-        if place < points - 1 and total[g + stride] - row[g + stride] < value:
-            return False
-        stride *= points
     return True
 
 
-@njit(cache=True)
-def lowest_minima(losses, points, p, chosen):
+@njit(cache=True, error_model="numpy")
+def lowest_minima(losses, neighbours, chosen):
     """Indices of the lowest local minima of the full fit on the grid.
 
     Args:
         losses: of fold 0, (G,).
-        points: grid points along each dimension.
-        p: dimensions.
+        neighbours: of each grid point, (G, 2p).
         chosen: filled with the indices, lowest first, (K,).
 
     Returns:
@@ -104,14 +111,14 @@ def lowest_minima(losses, points, p, chosen):
     """
     found, bar, nothing = 0, np.inf, np.zeros(losses.size)
     for g in range(losses.size):
-        if losses[g] < bar and is_minimum(losses, nothing, g, points, p):
+        if losses[g] < bar and is_minimum(losses, nothing, g, neighbours):
             found = insert(losses, nothing, chosen, found, g)
             if found == chosen.size:
                 bar = losses[chosen[found - 1]]
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def insert(total, row, chosen, found, g):
     """Insert g into the list of the lowest total - row, kept sorted; returns its new length."""
     place, value = min(found, chosen.size - 1), total[g] - row[g]

@@ -17,7 +17,14 @@ from fieldrl.estimator.coarse_search import (
     refresh,
     squared_residuals,
 )
-from fieldrl.estimator.levenberg_marquardt import descend, loss_of, minimise, spread, workspace
+from fieldrl.estimator.levenberg_marquardt import (
+    descend,
+    loss_of,
+    minimise,
+    second_derivatives,
+    spread,
+    workspace,
+)
 
 _SAME = 1e-5  # minima closer than this in every scaled unknown are one
 _PROMISING = 4.0  # a known minimum is a start when its loss is below this times the best
@@ -27,7 +34,7 @@ _MORE = 4  # so many times the starts
 _NEAR, _FAR = 1e-6, 1e-3  # first damping from a known minimum, from a grid point
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def local_fits(model, samples, tikhonov, weights, stop, u, loss, residuals):
     """Every fold by one descent from theta0; results written in place. Returns the evaluations used."""
     work, evaluations = workspace(samples[1].size, u.shape[1]), 0
@@ -51,26 +58,26 @@ def local_fits(model, samples, tikhonov, weights, stop, u, loss, residuals):
     return evaluations
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def global_fit(model, samples, tikhonov, weights, search, starts, stop, u, loss, residuals):
     """Fold 0 alone, without a memo, for any number of samples. Returns the evaluations used."""
     positions, times, values = samples
-    grid, theta, points = search
+    grid, theta, neighbours, cell = search
     total, row, n, p = np.zeros(len(grid)), np.empty(len(grid)), times.size, grid.shape[1]
     for j in range(n):
         squared_residuals(model[0], model[1], theta, positions[j], times[j : j + 1], values[j], row)
         total += row
     lowest = np.empty(starts, dtype=np.int64)
-    found = lowest_minima(_grid_losses(total, grid, n, tikhonov), points, p, lowest)
+    found = lowest_minima(_grid_losses(total, grid, n, tikhonov), neighbours, lowest)
     minima, work = _minima(starts, n, p), workspace(n, p)
     loss[0], best, _, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, stop, work
+        model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work
     )
     u[0], residuals[0] = minima[0][best], minima[1][best]
     return evaluations + len(grid)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u, loss, residuals):
     """All n + 1 folds, each to its global minimum; results written in place.
 
@@ -79,7 +86,7 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
         samples: positions (n, 2), times (n,), values (n,), with n >= 1.
         tikhonov: tau.
         weights: of the samples in each fold, (n + 1, n).
-        search: the grid's u (G, p), theta (G, p) and points along each dimension.
+        search: the grid's u (G, p), theta (G, p), neighbours (G, 2p) and spacing in u.
         memo: labels (capacity, 4), squared residuals, their running sums and maxima (capacity, G).
         starts: descend from at most so many local minima of the grid.
         stop: at most so many evaluations a descent; the scaled step that is the last.
@@ -90,31 +97,32 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     Returns:
         Evaluations used, one for each candidate at n samples.
     """
-    grid, theta, points = search
+    grid, theta, neighbours, cell = search
     n, p, few = samples[1].size, grid.shape[1], samples[1].size < _FEW
     refresh(model, theta, samples, memo)
     squared, total, largest = memo[1], memo[2][n - 1], memo[3][n - 1]
     lowest = np.empty(starts, dtype=np.int64)
-    found = lowest_minima(_grid_losses(total, grid, n, tikhonov), points, p, lowest)
+    found = lowest_minima(_grid_losses(total, grid, n, tikhonov), neighbours, lowest)
     minima, work = _minima(starts, n, p), workspace(n, p)
     loss[0], best, count, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], 2.0 / points, minima, stop, work
+        model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work
     )
     u[0], residuals[0] = minima[0][best], minima[1][best]
+    _add_second_derivatives(model, samples, weights[0], tikhonov, minima, count, loss[0], work)
     open_cells = _open_cells(total, largest, lowest[:found])
     own = np.empty(_MORE * starts if few else starts, dtype=np.int64)
     scratch = np.empty(p), np.empty(n), np.empty((n, p))
     for fold in range(1, n + 1):
-        extra = _own_minima(total, squared[fold - 1], few, open_cells, lowest[:found], points, p, own)
+        extra = _own_minima(total, squared[fold - 1], few, open_cells, lowest[:found], neighbours, own)
         loss[fold], used = _fold_fit(
-            model, samples, weights[fold], tikhonov, minima, count, grid, own[:extra], 2.0 / points,
+            model, samples, weights[fold], tikhonov, minima, count, grid, own[:extra], cell,
             stop, work, scratch, u[fold], residuals[fold],
         )  # fmt: skip
         evaluations += used
     return evaluations + len(grid)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _grid_losses(total, grid, n, tikhonov):
     """The penalised loss of fold 0 on the grid, (G,)."""
     losses, share = np.empty(total.size), 1.0 / max(n, 1)
@@ -125,14 +133,14 @@ def _grid_losses(total, grid, n, tikhonov):
     return losses
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _minima(starts, n, p):
-    """Room for distinct minima: u, residuals, Jacobians."""
+    """Room for distinct minima: u, residuals and their first and second derivatives."""
     room = starts + 2 * p
-    return np.empty((room, p)), np.empty((room, n)), np.empty((room, n, p))
+    return np.empty((room, p)), np.empty((room, n)), np.empty((room, n, p)), np.zeros((room, n, p, p))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, stop, work):
     """Descend from the chosen grid points, and beside the best minimum where it is poorly determined;
     keep the distinct minima with their residuals and Jacobians.
@@ -140,7 +148,7 @@ def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, sto
     Returns:
         Least loss, its place, number of distinct minima, evaluations.
     """
-    places, residuals, jacobians = minima
+    places, residuals, jacobians, _ = minima
     p, count, best, least, evaluations = grid.shape[1], 0, 0, np.inf, 0
     beside, width = np.empty((2 * p, p)), 0.0
     for start in range(len(lowest) + 2 * p):
@@ -164,7 +172,19 @@ def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, sto
     return least, best, count, evaluations
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def _add_second_derivatives(model, samples, weights, tikhonov, minima, count, least, work):
+    """Second derivatives at the minima that the folds are likely to start from, in place."""
+    places, residuals, jacobians, second = minima
+    theta, trial, shifted, spare = work[0][0], work[0][1], work[1][1], work[3][1]
+    for m in range(count):
+        if loss_of(residuals[m], weights, places[m], tikhonov) <= _PROMISING * least:
+            second_derivatives(
+                model, samples, places[m], jacobians[m], trial, theta, shifted, spare, second[m]
+            )
+
+
+@njit(cache=True, error_model="numpy")
 def _shift(u, cell, beside):
     """Points one grid cell beside u along each axis, within the box, written in place, (2p, p)."""
     for k in range(len(beside)):
@@ -172,16 +192,19 @@ def _shift(u, cell, beside):
         beside[k, k // 2] = min(1.0, max(-1.0, u[k // 2] + (cell if k % 2 else -cell)))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _is_new(places, count):
     """Whether the minimum at ``count`` differs from all before it."""
-    for m in range(count):  # noqa: SIM110 - numba compiles no generator expressions
-        if np.max(np.abs(places[m] - places[count])) < _SAME:
+    for m in range(count):
+        farthest = 0.0
+        for k in range(places.shape[1]):
+            farthest = max(farthest, abs(places[m, k] - places[count, k]))
+        if farthest < _SAME:
             return False
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _open_cells(total, largest, lowest):
     """Grid points that, less one sample, may lie below the highest start of the full fit."""
     bar = 0.0
@@ -190,26 +213,34 @@ def _open_cells(total, largest, lowest):
     return np.flatnonzero(total - largest <= bar)
 
 
-@njit(cache=True)
-def _own_minima(total, row, few, open_cells, lowest, points, p, own):
+@njit(cache=True, error_model="numpy")
+def _holds(places, g):
+    for place in places:  # noqa: SIM110 - numba compiles no generator expressions
+        if place == g:
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def _own_minima(total, row, few, open_cells, lowest, neighbours, own):
     """Lowest grid points less one sample that are no start of the full fit; returns their number."""
     found = 0
     for g in open_cells:
         if found == own.size and total[g] - row[g] >= total[own[-1]] - row[own[-1]]:
             continue
-        if (few or is_minimum(total, row, g, points, p)) and not np.any(lowest == g):
+        if (few or is_minimum(total, row, g, neighbours)) and not _holds(lowest, g):
             found = insert(total, row, own, found, g)
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _fold_fit(
     model, samples, weights, tikhonov, minima, known, grid, own, cell, stop, work, scratch, u, residuals
 ):
     """One fold from the full fit's minima, from its own grid minima, and beside the best of these where
     it is poorly determined. Returns its loss and the evaluations."""
     trial, trial_residuals, trial_jacobian = scratch
-    places, kept, jacobians = minima
+    places, kept, jacobians, second = minima
     chosen, p = known + len(own), u.size
     outlook, least, evaluations, width = np.empty(known), np.inf, 0, 0.0
     for m in range(known):
@@ -222,7 +253,7 @@ def _fold_fit(
             trial[:], trial_residuals[:], trial_jacobian[:] = places[start], kept[start], jacobians[start]
             reached, used = descend(
                 model, samples, weights, tikhonov, trial, trial_residuals, trial_jacobian,
-                _NEAR, least, stop, work,
+                second[start], _NEAR, least, stop, work,
             )  # fmt: skip
         else:
             if start < chosen:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
-from fieldrl.estimator.coarse_search import box_grid
+from fieldrl.estimator.coarse_search import axis_neighbours, box_grid
 from fieldrl.estimator.global_fit import global_fit, global_fits, local_fits
 from fieldrl.estimator.problem import Compiled, Fit, FitProblem
 
@@ -24,7 +24,8 @@ class _Search:
     model: tuple[int, NDArray, NDArray, NDArray]
     grid: NDArray[np.float64]
     theta: NDArray[np.float64]
-    points: int
+    neighbours: NDArray[np.int64]
+    cell: float
     memo: tuple[NDArray, NDArray, NDArray, NDArray]
 
     def reserve(self, n: int) -> None:
@@ -73,7 +74,10 @@ class LeastSquares:
         folds, n = weights.shape
         u, loss, residuals = np.empty((folds, search.grid.shape[1])), np.empty(folds), np.empty((folds, n))
         what = search.model, (samples.positions, samples.times, samples.values), self.tikhonov, weights
-        grid, stop = (search.grid, search.theta, search.points), (self.iterations, self.tolerance)
+        grid, stop = (
+            (search.grid, search.theta, search.neighbours, search.cell),
+            (self.iterations, self.tolerance),
+        )
         if self.starts == 1:
             evaluations = local_fits(*what, stop, u, loss, residuals)
         elif folds == 1:
@@ -99,4 +103,5 @@ class LeastSquares:
         grid = box_grid(self.grid, len(parameters))
         theta = np.ascontiguousarray(parameters.centre + parameters.half_width * grid)
         what = model.kernel, model.constants, parameters.centre, parameters.half_width
-        return _Search(what, grid, theta, self.grid, _memo(32, len(grid)))
+        neighbours = axis_neighbours(self.grid, len(parameters))
+        return _Search(what, grid, theta, neighbours, 2.0 / self.grid, _memo(32, len(grid)))

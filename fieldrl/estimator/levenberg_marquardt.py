@@ -23,13 +23,14 @@ from numba import njit
 
 from fieldrl.core.compiled import call_model
 
-_SHRINK, _GROW, _LEAST, _LARGEST = 0.2, 4.0, 1e-12, 1e14
+_SHRINK, _GROW = 0.2, 4.0  # of the damping after success and failure
+_LEAST, _FIRST, _LARGEST = 1e-12, 1e-5, 1e14  # damping: least, after a first failure, largest
 _PATIENCE = 12  # evaluations after which Gauss-Newton is slow and Newton's matrix pays
 _DIFFERENCE = 1e-6  # shift of a scaled unknown for second derivatives
 _HOPE = 10.0  # a descent may gain so many times what its quadratic model promises
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def linearise(kernel, constants, theta, positions, times, values, residuals, jacobian):
     """Residuals (n,) and their Jacobian (n, p) at theta (p,), written in place."""
     n = times.size
@@ -48,7 +49,7 @@ def linearise(kernel, constants, theta, positions, times, values, residuals, jac
         residuals[j] -= values[j]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def loss_of(residuals, weights, u, tikhonov):
     """The penalised loss of a fold."""
     total = 0.0
@@ -59,25 +60,28 @@ def loss_of(residuals, weights, u, tikhonov):
     return total
 
 
-@njit(cache=True)
-def _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient):
-    """H and g at u, written in place."""
+@njit(cache=True, error_model="numpy")
+def _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient, metric):
+    """Lower triangle of H, its diagonal for the damping, and g at u, written in place."""
     p = u.size
-    for k in range(p):
-        gradient[k] = tikhonov * u[k]
-        for m in range(k + 1):
-            matrix[k, m] = 0.0
-        matrix[k, k] = tikhonov
+    gradient[:] = 0.0
+    matrix[:] = 0.0
     for j in range(residuals.size):
         weight = weights[j]
         for k in range(p):
-            slope = weight * jacobian[j, k] * scale[k]
+            slope = weight * jacobian[j, k]
             gradient[k] += slope * residuals[j]
             for m in range(k + 1):
-                matrix[k, m] += slope * jacobian[j, m] * scale[m]
+                matrix[k, m] += slope * jacobian[j, m]
+    for k in range(p):
+        gradient[k] = gradient[k] * scale[k] + tikhonov * u[k]
+        for m in range(k + 1):
+            matrix[k, m] *= scale[k] * scale[m]
+        matrix[k, k] += tikhonov
+        metric[k] = matrix[k, k]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _solve(matrix, metric, gradient, free, damping, factor, step):
     """Step of the damped system over the free unknowns, by Cholesky; False where it is not positive."""
     p = gradient.size
@@ -109,22 +113,22 @@ def _solve(matrix, metric, gradient, free, damping, factor, step):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _free_unknowns(u, gradient, free):
     """Which unknowns may move: all but those held at a bound by their gradient."""
     for k in range(u.size):
         free[k] = not ((u[k] >= 1.0 and gradient[k] < 0.0) or (u[k] <= -1.0 and gradient[k] > 0.0))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def workspace(n, p):
     """Scratch arrays of ``minimise`` for n samples and p unknowns."""
-    vectors, samples = np.empty((6, p)), np.empty((2, n))
+    vectors, samples = np.empty((5, p)), np.empty((2, n))
     matrices, jacobians = np.empty((2, p, p)), np.empty((2, n, p))
-    return vectors, samples, matrices, jacobians, np.empty(p, dtype=np.bool_)
+    return vectors, samples, matrices, jacobians, np.empty((n, p, p)), np.empty(p, dtype=np.bool_)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def minimise(model, samples, weights, tikhonov, u, residuals, jacobian, damping, bar, stop, work):
     """Descend from u (p,), in place, to a local minimum of a fold's loss.
 
@@ -144,31 +148,35 @@ def minimise(model, samples, weights, tikhonov, u, residuals, jacobian, damping,
     Returns:
         The loss and the number of evaluations used.
     """
-    theta = work[0][0]
+    theta, second = work[0][0], work[4]
+    second[:] = 0.0
     _place(model[2], model[3], u, theta)
     linearise(model[0], model[1], theta, samples[0], samples[1], samples[2], residuals, jacobian)
-    loss, used = descend(model, samples, weights, tikhonov, u, residuals, jacobian, damping, bar, stop, work)
+    loss, used = descend(
+        model, samples, weights, tikhonov, u, residuals, jacobian, second, damping, bar, stop, work
+    )
     return loss, used + 1
 
 
-@njit(cache=True)
-def descend(model, samples, weights, tikhonov, u, residuals, jacobian, damping, bar, stop, work):
-    """``minimise`` where the residuals and Jacobian at the start are known.
+@njit(cache=True, error_model="numpy")
+def descend(model, samples, weights, tikhonov, u, residuals, jacobian, second, damping, bar, stop, work):
+    """``minimise`` where the residuals and their first and second derivatives at the start are known.
 
-    The last step, too small to be worth an evaluation, moves the residuals linearly.
+    ``second`` (n, p, p) may be 0, which makes it Gauss-Newton. The last step, too small to be worth an
+    evaluation, moves the residuals linearly.
     """
     kernel, constants, centre, scale = model
     positions, times, values = samples
     iterations, last = stop
-    vectors, (trial_residuals, shifted), (matrix, factor), (trial_jacobian, spare), free = _unpack(work)
-    theta, trial, gradient, step, metric, moved = vectors
+    vectors, (trial_residuals, shifted), (matrix, factor), (trial_jacobian, spare), own, free = _unpack(work)
+    theta, trial, gradient, step, metric = vectors
     loss, evaluations = loss_of(residuals, weights, u, tikhonov), 0
-    _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient)
-    _diagonal(matrix, metric)
+    _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient, metric)
+    _add_curvature(residuals, second, weights, matrix)
     while evaluations < iterations and damping < _LARGEST:
         _free_unknowns(u, gradient, free)
         if not _solve(matrix, metric, gradient, free, damping, factor, step):
-            damping *= _GROW
+            damping = max(_GROW * damping, _FIRST)
             continue
         length = _advance(u, step, trial) * (1.0 + damping)
         if length <= last or _settles_above(bar, loss, gradient, step):
@@ -181,21 +189,45 @@ def descend(model, samples, weights, tikhonov, u, residuals, jacobian, damping, 
         trial_loss = loss_of(trial_residuals, weights, trial, tikhonov)
         evaluations += 1
         if not trial_loss <= loss:
-            damping *= _GROW
+            damping = max(_GROW * damping, _FIRST)
             continue
         damping = max(damping * _SHRINK, _LEAST)
         u[:], residuals[:], jacobian[:], loss = trial, trial_residuals, trial_jacobian, trial_loss
-        _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient)
-        _diagonal(matrix, metric)
         if evaluations > _PATIENCE:
-            _hessian(
-                model, samples, weights, tikhonov, u, gradient, trial, theta, moved, shifted, spare, matrix
-            )
+            second = own
+            second_derivatives(model, samples, u, jacobian, trial, theta, shifted, spare, second)
             evaluations += u.size
+        _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient, metric)
+        _add_curvature(residuals, second, weights, matrix)
     return loss, evaluations
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def second_derivatives(model, samples, u, jacobian, trial, theta, shifted, spare, second):
+    """Second derivatives of the residuals by u, (n, p, p), by differences of their exact first ones."""
+    kernel, constants, centre, scale = model
+    positions, times, values = samples
+    for k in range(u.size):
+        trial[:] = u
+        trial[k] += _DIFFERENCE if u[k] < 0.0 else -_DIFFERENCE
+        _place(centre, scale, trial, theta)
+        linearise(kernel, constants, theta, positions, times, values, shifted, spare)
+        for j in range(times.size):
+            for m in range(u.size):
+                second[j, k, m] = (spare[j, m] - jacobian[j, m]) * scale[m] / (trial[k] - u[k])
+
+
+@njit(cache=True, error_model="numpy")
+def _add_curvature(residuals, second, weights, matrix):
+    """Add to the lower triangle what Gauss-Newton leaves out of the second derivatives."""
+    for j in range(residuals.size):
+        pull = weights[j] * residuals[j]
+        for k in range(matrix.shape[0]):
+            for m in range(k + 1):
+                matrix[k, m] += pull * second[j, k, m]
+
+
+@njit(cache=True, error_model="numpy")
 def _move_linearly(u, trial, scale, jacobian, residuals):
     """Go to ``trial`` and take the residuals along by their Jacobian, in place."""
     for k in range(u.size):
@@ -204,29 +236,7 @@ def _move_linearly(u, trial, scale, jacobian, residuals):
         u[k] = trial[k]
 
 
-@njit(cache=True)
-def _diagonal(matrix, metric):
-    for k in range(metric.size):
-        metric[k] = matrix[k, k]
-
-
-@njit(cache=True)
-def _hessian(model, samples, weights, tikhonov, u, gradient, trial, theta, moved, shifted, jacobian, matrix):
-    """Second derivatives of half the loss by differences of its gradient, into the lower triangle."""
-    kernel, constants, centre, scale = model
-    positions, times, values = samples
-    scratch = np.empty_like(matrix)
-    for k in range(u.size):
-        trial[:] = u
-        trial[k] += _DIFFERENCE if u[k] < 0.0 else -_DIFFERENCE
-        _place(centre, scale, trial, theta)
-        linearise(kernel, constants, theta, positions, times, values, shifted, jacobian)
-        _normal_equations(shifted, jacobian, weights, trial, scale, tikhonov, scratch, moved)
-        for m in range(k, u.size):
-            matrix[m, k] = (moved[m] - gradient[m]) / (trial[k] - u[k])
-
-
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _settles_above(bar, loss, gradient, step):
     """Whether even several times the gain that the quadratic model promises leaves the loss above bar."""
     gain = 0.0
@@ -235,26 +245,27 @@ def _settles_above(bar, loss, gradient, step):
     return loss - _HOPE * gain > bar
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _unpack(work):
-    vectors, samples, matrices, jacobians, free = work
+    vectors, samples, matrices, jacobians, second, free = work
     return (
-        (vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], vectors[5]),
+        (vectors[0], vectors[1], vectors[2], vectors[3], vectors[4]),
         (samples[0], samples[1]),
         (matrices[0], matrices[1]),
         (jacobians[0], jacobians[1]),
+        second,
         free,
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _place(centre, scale, u, theta):
     """theta = theta0 + s u, in place."""
     for k in range(u.size):
         theta[k] = centre[k] + scale[k] * u[k]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _advance(u, step, trial):
     """u + step within the box, written into ``trial``; returns the largest move."""
     moved = 0.0
@@ -264,13 +275,13 @@ def _advance(u, step, trial):
     return moved
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def spread(loss, n, work):
     """Largest standard deviation of a scaled unknown where the last descent ended.
 
     Takes the loss for the variance of a sample, as if the descent had fitted n of them.
     """
-    (_, _, gradient, step, metric, _), _, (matrix, factor), _, free = _unpack(work)
+    (_, _, gradient, step, metric), _, (matrix, factor), _, _, free = _unpack(work)
     free[:] = True
     largest = 0.0
     for k in range(step.size):

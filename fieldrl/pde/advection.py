@@ -130,7 +130,7 @@ class Advection:
         return _evaluate(theta, positions, times, self.constants)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _evaluate(theta, positions, times, constants):
     m, n = theta.shape[0], times.size
     prediction, jacobian = np.empty((m, n)), np.empty((m, n, 2))
@@ -138,7 +138,7 @@ def _evaluate(theta, positions, times, constants):
     return prediction, jacobian
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _advect(theta, positions, times, constants, prediction, jacobian):
     """Eq. (2) and its gradient for m candidates at n samples, in place, (m, n) and (m, n, 2)."""
     a, cx, cy, scale, q = constants[0], constants[1], constants[2], constants[3], constants[4]
@@ -165,13 +165,13 @@ def _advect(theta, positions, times, constants, prediction, jacobian):
                 jacobian[m, i, 1] += fy
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _slope(d, q):
     """Derivative of |d|^q; 0 at the crease of q = 1."""
     return q * np.sign(d) * abs(d) ** (q - 1.0)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _duhamel(x, y, t, bx, by, constants):
     """Duhamel's integral along the characteristic through (x, y) at time 0, and its derivatives by b.
 
