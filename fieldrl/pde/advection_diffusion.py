@@ -133,7 +133,8 @@ class AdvectionDiffusion:
         """Warns, with the number, where the feature rises over too few cells."""
         if self.positive and self._start.min() < 0:
             raise checks.InvalidValue("positive", True, "needs an initial feature that is nowhere negative")
-        resolved = sampling.cells_per_rise(self._start)
+        free = sampling.cell_averages(self.initial.value, *self._scheme.edges)
+        resolved = sampling.cells_per_rise(free)
         if resolved < _CELLS_PER_FEATURE:
             warnings.warn(
                 f"cells={list(self.cells)}: the initial feature rises over {resolved:.1f} cells; "
@@ -143,19 +144,18 @@ class AdvectionDiffusion:
             )
 
     def _check_bounds(self) -> None:
-        """Refuses bounds that hold a flow too fast to be solved, or not finite."""
+        """Refuses bounds that hold a flow which this grid cannot follow."""
         times = np.linspace(0.0, self.final_time, 9)
         for corner in itertools.product(*zip(self.lower, self.upper, strict=True)):
             with np.errstate(all="ignore"):
                 psi = self._scheme.streamfunction(np.array(corner), times)
-                substeps = self._scheme.substeps(psi, self.final_time) if np.isfinite(psi).all() else np.inf
-            if substeps > MOST_SUBSTEPS:
+                stable = (
+                    self._scheme.follows(psi) and self._scheme.substeps(psi, self.final_time) <= MOST_SUBSTEPS
+                )
+            if not stable:
+                rule = f"the bounds hold a flow that cells={list(self.cells)} cannot follow stably, theta={list(corner)}"
                 raise checks.InvalidValue(
-                    "upper",
-                    self.upper,
-                    f"the bounds hold a flow that cannot be solved stably, theta={list(corner)} "
-                    f"(more than {MOST_SUBSTEPS} time steps)",
-                    remedy="narrow the bounds",
+                    "upper", self.upper, rule, remedy="narrow the bounds or refine the grid"
                 )
 
     @cached_property
@@ -234,14 +234,14 @@ class AdvectionDiffusion:
         times = np.asarray(times, dtype=float).reshape(-1)
         self._check_samples(positions, times)
         (x, y), (wx, wy) = self._stencils(positions)
-        rows = []
+        rows: list[NDArray[np.float64]] = []
         for candidate in np.atleast_2d(np.asarray(theta, dtype=float)):
             averages = np.empty((len(times), sampling.WIDTH, sampling.WIDTH))
             for time in np.unique(times):
                 at = times == time
                 averages[at] = self._state(candidate, time)[x[at], y[at]]
             rows.append(np.einsum("nij,ni,nj->n", averages, wx, wy))
-        return self._clipped(np.array(rows).reshape(-1, len(times)))
+        return self._clipped(np.stack(rows))
 
     def field(self, theta: NDArray, time: float, grid: Grid) -> NDArray[np.float64]:
         """The field on ``grid``, 0 in obstacles, (nx, ny) [field unit]; errors as ``predict``."""

@@ -115,6 +115,13 @@ class Discretisation:
         _close_walls(psi)
         return psi if self._deflection is None else self._deflection(psi)
 
+    def follows(self, psi: NDArray[np.float64]) -> bool:
+        """Is psi finite and smooth on this grid: does the velocity change little from face to face?"""
+        if not np.isfinite(psi).all():
+            return False
+        fastest = max(np.abs(np.diff(psi, axis=axis)).max() for axis in (1, 2))
+        return all(np.abs(np.diff(psi, n=2, axis=axis)).max() <= fastest for axis in (1, 2))
+
     def crossing_rate(self, psi: NDArray[np.float64]) -> float:
         """S, the most cells that the water crosses per time [1/time]."""
         return float(fv.crossing_rate(psi, self._weights.per_x, self._weights.per_y))
@@ -146,7 +153,7 @@ class Discretisation:
         for k, (start, end) in enumerate(pairwise(times)):
             for low, high in self._stretches(start, end):
                 bound += _GROWTH * self._carry(theta, state, low, high)
-            kept[k] = st.interior(state.cells, self._shape)
+            kept[k] = np.where(self.solid, 0.0, st.interior(state.cells, self._shape))
             _check(kept[k], bound, theta, end)
         return kept
 
