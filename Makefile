@@ -2,6 +2,8 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 INSTALLED := .venv/.installed
+# Compiles the inner loops once, before all cores ask for them at the same time.
+WARM := $(BIN)/fieldrl episodes=2 steps=3 replicates=1 tracking=none force=true output_dir=.pytest_cache/warm
 
 .DEFAULT_GOAL := help
 .PHONY: help setup run test check ui clean
@@ -21,6 +23,7 @@ run: $(INSTALLED)  ## run the default experiment
 	@$(BIN)/fieldrl
 
 test: $(INSTALLED)  ## run all tests
+	@$(WARM) > /dev/null
 	@$(BIN)/python -m pytest -n auto
 
 check: $(INSTALLED)  ## lint, format, types, floors

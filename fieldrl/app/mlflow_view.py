@@ -7,10 +7,13 @@ MLflow's own table definitions, and by ``log_batch`` where that is not possible.
 
 from __future__ import annotations
 
+import getpass
 import json
 import re
+import subprocess
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -49,11 +52,12 @@ class View:
     ) -> View:
         """Create experiment and runs, with the configuration as parameters."""
         client, experiment_id = connect(uri, Path(output_dir), experiment)
-        parent = client.create_run(experiment_id, run_name=name, tags=dict(tags)).info.run_id
+        tags = dict(tags) | source()
+        parent = client.create_run(experiment_id, run_name=name, tags=tags).info.run_id
         log_config(client, parent, config)
         if replicates == 1:
             return cls(client, parent, [parent])
-        nested = dict(tags) | {"mlflow.parentRunId": parent}
+        nested = tags | {"mlflow.parentRunId": parent}
         runs = [
             client.create_run(
                 experiment_id, run_name=f"{name} replicate {i}", tags=nested | {"replicate": str(i)}
@@ -89,6 +93,23 @@ class View:
     def _terminate(self, run_id: str, status: str) -> None:
         self.client.set_tag(run_id, "status", status.lower())
         self.client.set_terminated(run_id, status)
+
+
+def source() -> dict[str, str]:
+    """Tags that say who ran what: user, command, and the git commit where fieldrl runs from a checkout."""
+    root = Path(__file__).resolve().parents[2]
+    tags = {"mlflow.source.name": "fieldrl", "mlflow.source.type": "LOCAL"}
+    with suppress(Exception):  # no user name in this container
+        tags["mlflow.user"] = getpass.getuser()
+    if not (root / ".git").exists():
+        return tags
+    with suppress(OSError, subprocess.SubprocessError):
+        command = ["git", "-C", str(root), "rev-parse", "HEAD"]
+        commit = subprocess.run(
+            command, capture_output=True, text=True, check=True, timeout=10
+        ).stdout.strip()
+        tags |= {"git_commit": commit, "mlflow.source.git.commit": commit}
+    return tags
 
 
 def default_uri(output_dir: Path) -> str:

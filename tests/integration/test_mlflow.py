@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import fieldrl as fieldrl_package
 from tests.integration.conftest import SMALL, fieldrl, summary
 
 
@@ -66,7 +67,9 @@ def test_every_value_of_the_configuration_is_a_parameter(tracked):
 def test_the_parent_is_tagged_with_key_version_and_status(tracked):
     tags = set(query(tracked, "select key, value from tags"))
     assert {("key", summary(tracked)["key"]), ("status", "finished")} <= tags
-    assert any(key == "version" for key, _ in tags)
+    keys = {key for key, _ in tags}
+    assert {"version", "mlflow.source.name"} <= keys
+    assert "git_commit" in keys or not (Path(fieldrl_package.__file__).parents[1] / ".git").exists()
 
 
 def test_record_summary_and_figures_are_artifacts_of_the_parent(tracked):
