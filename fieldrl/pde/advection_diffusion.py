@@ -153,7 +153,7 @@ class AdvectionDiffusion:
                     self._scheme.follows(psi) and self._scheme.substeps(psi, self.final_time) <= MOST_SUBSTEPS
                 )
             if not stable:
-                rule = f"the bounds hold a flow that cells={list(self.cells)} cannot follow stably, theta={list(corner)}"
+                rule = f"the bounds hold a flow that the grid cannot follow stably, theta={list(corner)}"
                 raise checks.InvalidValue(
                     "upper", self.upper, rule, remedy="narrow the bounds or refine the grid"
                 )
