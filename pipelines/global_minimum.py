@@ -144,4 +144,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    from pipelines import global_minimum  # workers import by this name, "__main__" is not theirs
+
+    global_minimum.main()
