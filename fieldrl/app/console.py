@@ -75,9 +75,11 @@ def table(summary: Mapping[str, Any]) -> Table:
     rows = summary["replicates_table"]
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="bold")
     shown.add_column("")
-    for title in ("true or\nexpected", "best\nepisode", f"median of {len(rows)}\n\\[quartiles]")[
-        : 3 if len(rows) > 1 else 2
-    ]:
+    best, spread = (
+        f"best episode\n(number {summary['best_episode']})",
+        f"median of {len(rows)}\n\\[quartiles]",
+    )
+    for title in ("true or\nexpected", best, spread)[: 3 if len(rows) > 1 else 2]:
         shown.add_column(title, justify="right")
     for section in (_parameters(summary), _errors(summary), _policy(summary), _pooled(summary)):
         for label, true, values in section:

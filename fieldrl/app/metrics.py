@@ -28,7 +28,7 @@ def evaluation(replicate: xr.Dataset, names: Sequence[str], true: ArrayLike) -> 
     if not replicate.sizes.get("evaluation_episode"):
         return {}
     found = _by_episode(replicate, "evaluation_", names, true)
-    return {f"evaluation.{name}": values for name, values in found.items()}
+    return {f"evaluation/{name}": values for name, values in found.items()}
 
 
 def each(record: xr.Dataset) -> list[tuple[Series, Series]]:
@@ -47,7 +47,7 @@ def middle(replicates: Sequence[tuple[Series, Series]]) -> Series:
 def greedy(replicates: Sequence[tuple[Series, Series]]) -> list[dict[str, float]]:
     """For each replicate of ``each``: medians over the evaluation episodes; empty where there are none."""
     return [
-        {name.removeprefix("evaluation."): float(np.median(values)) for name, values in found.items()}
+        {name.removeprefix("evaluation/"): float(np.median(values)) for name, values in found.items()}
         for _, found in replicates
         if found
     ]
@@ -61,13 +61,13 @@ def late(replicates: Sequence[tuple[Series, Series]]) -> list[float]:
 
 
 def final(summary: Mapping[str, Any]) -> dict[str, float]:
-    """The numbers of a summary, as metrics ``best.<name>``, and what the run cost."""
+    """The numbers of a summary, as metrics ``best/<name>``, and what the run cost."""
     names = ("e_f", "e_cv", "e_total", "theta_error", "field_rmse")
-    found = {f"best.{name}": summary[name] for name in names}
-    found |= {f"best.theta.{name}": value["estimate"] for name, value in summary["parameters"].items()}
-    found |= {f"pooled.{name}": value["estimate"] for name, value in summary["pooled"]["parameters"].items()}
-    found |= {"late_e_total": float(np.median(summary["late_e_total"]))}
-    found |= {name: summary[name] for name in ("forward_solves", "seconds")}
+    found = {f"best/{name}": summary[name] for name in names}
+    found |= {f"best/theta.{name}": value["estimate"] for name, value in summary["parameters"].items()}
+    found |= {f"pooled/{name}": value["estimate"] for name, value in summary["pooled"]["parameters"].items()}
+    found |= {"run/late_e_total": float(np.median(summary["late_e_total"]))}
+    found |= {f"run/{name}": summary[name] for name in ("forward_solves", "seconds")}
     return {name: float(value) for name, value in found.items() if value is not None}
 
 

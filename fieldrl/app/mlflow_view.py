@@ -26,6 +26,9 @@ from mlflow.tracking import MlflowClient
 _BATCH, _PARAMS = 1000, 100
 """Most metrics and parameters that MLflow takes in one call."""
 
+_KIND = {"mlflow.experimentKind": "custom_model_development"}
+"""Has the UI show runs and charts instead of traces and prompts."""
+
 
 class View:
     """One run in MLflow.
@@ -128,7 +131,7 @@ def connect(uri: str | None, output_dir: Path, experiment: str) -> tuple[MlflowC
             return client, known.experiment_id
         # without an explicit place MLflow would write artifacts to ./mlruns
         place = None if uri else (output_dir / "mlartifacts" / experiment).as_uri()
-        return client, client.create_experiment(experiment, artifact_location=place)
+        return client, client.create_experiment(experiment, artifact_location=place, tags=_KIND)
 
 
 def log_config(client: MlflowClient, run_id: str, config: Mapping[str, Any]) -> None:

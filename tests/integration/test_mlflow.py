@@ -47,12 +47,12 @@ def test_every_episode_of_every_replicate_has_its_metrics(tracked):
     counts = {key: (distinct, rows) for key, distinct, rows in steps}
     for key in ("return", "e_f", "e_cv", "e_total", "theta.b_x", "theta.b_y", "theta_error"):
         assert counts[key] == (3, 9)
-        assert counts[f"evaluation.{key}"] == (2, 6)
-    assert counts["best.e_total"] == (1, 1)
+        assert counts[f"evaluation/{key}"] == (2, 6)
+    assert counts["best/e_total"] == (1, 1)
 
 
 def test_metrics_agree_with_the_summary(tracked):
-    (value,) = query(tracked, "select value from latest_metrics where key = 'best.theta_error'")[0]
+    (value,) = query(tracked, "select value from latest_metrics where key = 'best/theta_error'")[0]
     assert value == summary(tracked)["theta_error"]
 
 
