@@ -253,7 +253,7 @@ def _fold_fit(
             trial[:], trial_residuals[:], trial_jacobian[:] = places[start], kept[start], jacobians[start]
             reached, used = descend(
                 model, samples, weights, tikhonov, trial, trial_residuals, trial_jacobian,
-                second[start], _NEAR, least, stop, work,
+                second[start], True, _NEAR, least, stop, work,
             )  # fmt: skip
         else:
             if start < chosen:

@@ -57,7 +57,7 @@ class LeastSquares:
     grid: int = 31
     tikhonov: float = 1e-3
     iterations: int = 2000
-    tolerance: float = 3e-7
+    tolerance: float = 1e-7
     _searches: dict = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -26,6 +26,7 @@ from fieldrl.core.compiled import call_model
 _SHRINK, _GROW = 0.2, 4.0  # of the damping after success and failure
 _LEAST, _FIRST, _LARGEST = 1e-12, 1e-5, 1e14  # damping: least, after a first failure, largest
 _PATIENCE = 12  # evaluations after which Gauss-Newton is slow and Newton's matrix pays
+_NEWTON = 5.0  # with second derivatives the last step may be so many times longer
 _DIFFERENCE = 1e-6  # shift of a scaled unknown for second derivatives
 _HOPE = 10.0  # a descent may gain so many times what its quadratic model promises
 
@@ -153,17 +154,19 @@ def minimise(model, samples, weights, tikhonov, u, residuals, jacobian, damping,
     _place(model[2], model[3], u, theta)
     linearise(model[0], model[1], theta, samples[0], samples[1], samples[2], residuals, jacobian)
     loss, used = descend(
-        model, samples, weights, tikhonov, u, residuals, jacobian, second, damping, bar, stop, work
+        model, samples, weights, tikhonov, u, residuals, jacobian, second, False, damping, bar, stop, work
     )
     return loss, used + 1
 
 
 @njit(cache=True, error_model="numpy")
-def descend(model, samples, weights, tikhonov, u, residuals, jacobian, second, damping, bar, stop, work):
-    """``minimise`` where the residuals and their first and second derivatives at the start are known.
+def descend(
+    model, samples, weights, tikhonov, u, residuals, jacobian, second, newton, damping, bar, stop, work
+):
+    """``minimise`` where the residuals and their derivatives at the start are known.
 
-    ``second`` (n, p, p) may be 0, which makes it Gauss-Newton. The last step, too small to be worth an
-    evaluation, moves the residuals linearly.
+    Args as there, and second: second derivatives by u, (n, p, p), 0 where unknown; newton: are they known?
+    The last step, too small to be worth an evaluation, takes the residuals along by their derivatives.
     """
     kernel, constants, centre, scale = model
     positions, times, values = samples
@@ -179,10 +182,11 @@ def descend(model, samples, weights, tikhonov, u, residuals, jacobian, second, d
             damping = max(_GROW * damping, _FIRST)
             continue
         length = _advance(u, step, trial) * (1.0 + damping)
-        if length <= last or _settles_above(bar, loss, gradient, step):
-            if length <= last:
-                _move_linearly(u, trial, scale, jacobian, residuals)
-                loss = loss_of(residuals, weights, u, tikhonov)
+        if length <= (_NEWTON * last if newton else last):
+            _move(u, trial, scale, jacobian, second, residuals)
+            loss = loss_of(residuals, weights, u, tikhonov)
+            break
+        if _settles_above(bar, loss, gradient, step):
             break
         _place(centre, scale, trial, theta)
         linearise(kernel, constants, theta, positions, times, values, trial_residuals, trial_jacobian)
@@ -194,7 +198,7 @@ def descend(model, samples, weights, tikhonov, u, residuals, jacobian, second, d
         damping = max(damping * _SHRINK, _LEAST)
         u[:], residuals[:], jacobian[:], loss = trial, trial_residuals, trial_jacobian, trial_loss
         if evaluations > _PATIENCE:
-            second = own
+            second, newton = own, True
             second_derivatives(model, samples, u, jacobian, trial, theta, shifted, spare, second)
             evaluations += u.size
         _normal_equations(residuals, jacobian, weights, u, scale, tikhonov, matrix, gradient, metric)
@@ -228,12 +232,15 @@ def _add_curvature(residuals, second, weights, matrix):
 
 
 @njit(cache=True, error_model="numpy")
-def _move_linearly(u, trial, scale, jacobian, residuals):
-    """Go to ``trial`` and take the residuals along by their Jacobian, in place."""
-    for k in range(u.size):
-        for j in range(residuals.size):
-            residuals[j] += jacobian[j, k] * scale[k] * (trial[k] - u[k])
-        u[k] = trial[k]
+def _move(u, trial, scale, jacobian, second, residuals):
+    """Go to ``trial`` and take the residuals along by their first and second derivatives, in place."""
+    for j in range(residuals.size):
+        for k in range(u.size):
+            step = trial[k] - u[k]
+            residuals[j] += jacobian[j, k] * scale[k] * step
+            for m in range(u.size):
+                residuals[j] += 0.5 * second[j, k, m] * step * (trial[m] - u[m])
+    u[:] = trial
 
 
 @njit(cache=True, error_model="numpy")
