@@ -147,5 +147,8 @@ class Publication:
 
     def _kill(self) -> None:
         self._process.kill()
-        with suppress(OSError, ValueError):  # closes the pipes, which may be closed already
-            self._process.communicate()
+        self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout):
+            with suppress(OSError, ValueError):
+                if pipe is not None:
+                    pipe.close()
