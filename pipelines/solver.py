@@ -1,0 +1,227 @@
+"""How good and how fast is the solver? Work and precision, py-pde, and what the grid does to an estimate.
+
+    python -m pipelines.solver            everything, about three minutes on one core
+    python -m pipelines.solver --quick    without the largest grids
+
+All on the paper's second experiment (double gyre, T = 10, rho = 1, sigma = 20). Errors are root mean squares
+over 200 x 100 points at T, in field units, against a fine solution whose own error is shown. Costs are CPU
+seconds of one process, the least of several runs, measured side by side; nothing is taken from a store.
+Writes outputs/solver.json. Needs the extra ``benchmark`` for py-pde, and leaves it out where it is missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fieldrl.core.streams import stream
+from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+from fieldrl.pde.solutions import Solutions
+from fieldrl.vehicle.unicycle import Unicycle
+
+GRIDS = ((64, 32), (80, 40), (100, 50), (126, 63), (142, 71), (200, 100), (284, 142))
+ORACLE_GRIDS = ((200, 100), (400, 200), (800, 400))
+BASELINE = (3, (200, 100))  # third-order upwind, as the issue of this comparison defines it
+COLD = """
+import time; began = time.perf_counter()
+from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+model = AdvectionDiffusion(cells=({0}, {1}))
+loaded = time.perf_counter(); model.solve(model.true); print(loaded - began, time.perf_counter() - loaded)
+"""
+
+
+def model_on(cells: tuple[int, int], order: int = 9) -> AdvectionDiffusion:
+    """The experiment's model on a grid, without memory."""
+    return AdvectionDiffusion(cells=cells, order=order, solutions=Solutions(memory=0.0))
+
+
+def field_of(model: AdvectionDiffusion) -> NDArray[np.float64]:
+    """The field at T on the common points."""
+    return model.field(np.array(model.true), model.final_time, model.domain.grid(200, 100))
+
+
+def rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def cost(model: AdvectionDiffusion, repeats: int) -> float:
+    """CPU seconds of one solve."""
+    model.solve(model.true)
+    spent = []
+    for _ in range(repeats):
+        began = time.process_time()
+        model.solve(model.true)
+        spent.append(time.process_time() - began)
+    return min(spent)
+
+
+def reference(quick: bool) -> tuple[NDArray[np.float64], dict[str, Any]]:
+    """A fine solution and the difference to the next coarser one."""
+    fine, coarse = ((480, 240), (360, 180)) if quick else ((640, 320), (480, 240))
+    field = field_of(model_on(fine))
+    return field, {"cells": fine, "next": coarse, "difference": rms(field - field_of(model_on(coarse)))}
+
+
+def work_precision(exact: NDArray[np.float64], repeats: int) -> list[dict[str, Any]]:
+    """Error and cost of orders 3 and 9 on all grids."""
+    rows = []
+    for order in (3, 5, 7, 9):
+        for cells in GRIDS:
+            model = model_on(cells, order)
+            error = rms(field_of(model) - exact)
+            rows.append({"order": order, "cells": cells, "rms": error, "seconds": cost(model, repeats)})
+            print(
+                "  order {order}  {cells[0]:4d} x {cells[1]:3d}  rms {rms:8.4f}  {seconds:8.4f} s".format(
+                    **rows[-1]
+                )
+            )
+    return rows
+
+
+def against_baseline(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """The default grid, and the cheapest below 0.05, against third-order upwind on 200 x 100."""
+    base = next(row for row in rows if (row["order"], row["cells"]) == BASELINE)
+    good = min((row for row in rows if row["rms"] < 0.05), key=lambda row: row["seconds"])
+    return {"baseline": base, "best": good, "cost_ratio": good["seconds"] / base["seconds"]}
+
+
+def against_oracle(
+    exact: NDArray[np.float64], rows: list[dict[str, Any]], quick: bool
+) -> list[dict[str, Any]]:
+    """py-pde, and our cheapest solve that is at least as good; compilation excluded, then included."""
+    from pipelines import oracle
+
+    table, model = [], AdvectionDiffusion()
+    for cells in ORACLE_GRIDS[: 2 if quick else 3]:
+        theirs, alone, compiled = oracle.solve(model, model.parameters.true, cells)  # type: ignore[arg-type]
+        error = rms(block_means(theirs) - exact)
+        ours = min((row for row in rows if row["rms"] <= error), key=lambda row: row["seconds"])
+        load, first = fresh_process(ours["cells"])
+        table.append(
+            {
+                "cells": cells, "rms": error, "seconds": alone, "with_compilation": compiled, "ours": ours,
+                "ours_first_solve": first, "ours_import": load, "ratio": alone / ours["seconds"],
+                "ratio_with_compilation": compiled / first,
+            }
+        )  # fmt: skip
+        print(
+            f"  py-pde {cells[0]} x {cells[1]}: rms {error:.4f}, {alone:.3f} s ({compiled:.1f} s with compilation); "
+            f"ours order {ours['order']} {ours['cells']}: rms {ours['rms']:.4f}, {ours['seconds']:.4f} s "
+            f"({first:.3f} s first solve of a process): {alone / ours['seconds']:.0f} and {compiled / first:.0f} times"
+        )
+    return table
+
+
+def block_means(field: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Point values on a multiple of the common grid, brought to its points by averaging corners of second order."""
+    nx, ny = field.shape[0] // 200, field.shape[1] // 100
+    if nx == 1:
+        return field
+    return field.reshape(200, nx, 100, ny)[:, nx // 2 - 1 : nx // 2 + 1, :, ny // 2 - 1 : ny // 2 + 1].mean(
+        axis=(1, 3)
+    )
+
+
+def fresh_process(cells: tuple[int, int]) -> tuple[float, float]:
+    """Seconds of import and of the first solve in a new process, numba's cache on disk being warm."""
+    code = COLD.format(*cells)
+    out = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        for _ in range(2)
+    ]
+    load, first = (float(word) for word in out[-1].stdout.split())
+    return load, first
+
+
+def random_path(model: AdvectionDiffusion, theta: NDArray, number: int) -> tuple[NDArray, NDArray]:
+    """Ten samples of a random walk: positions (10, 2), times (10,)."""
+    rng, vehicle = stream(number, "grid error"), Unicycle(start=(60.0, 40.0))
+    state, places = vehicle.initial(), []
+    for step in range(10):
+        action = int(rng.integers(len(vehicle.actions)))
+        state = vehicle.step(state, action, float(step), model.flow, theta, model.domain)
+        places.append(state[:2])
+    return np.array(places), np.arange(1.0, 11.0)
+
+
+def shifts(model: AdvectionDiffusion, theta: NDArray, paths: range) -> list[NDArray[np.float64]]:
+    """How far refining the grid once moves each estimate, in standard deviations at sigma = 1, per path (2,).
+
+    To first order the least-squares estimate moves by (J'J)^-1 J' (change of the predictions), and its
+    standard deviations are the roots of the diagonal of (J'J)^-1.
+    """
+    finer, steps, moved = replace(model, cells=tuple(2 * n for n in model.cells)), np.array([1e-3, 2e-3]), []
+    candidates = np.array([theta, *(theta + sign * np.diag(steps)[k] for k in (0, 1) for sign in (1, -1))])
+    for number in paths:
+        samples = random_path(model, theta, number)
+        rows = model.predict(candidates, *samples)
+        jacobian = np.stack(
+            [(rows[1] - rows[2]) / (2 * steps[0]), (rows[3] - rows[4]) / (2 * steps[1])], axis=1
+        )
+        information = jacobian.T @ jacobian
+        if np.linalg.cond(information) > 1e12:
+            continue
+        covariance = np.linalg.inv(information)
+        change = covariance @ jacobian.T @ (finer.predict(theta[None], *samples)[0] - rows[0])
+        moved.append(np.abs(change) / np.sqrt(np.diag(covariance)))
+    return moved
+
+
+def grid_error(cells: tuple[int, int], quick: bool) -> dict[str, Any]:
+    """Shifts at the true parameters and two other places."""
+    model, moved = AdvectionDiffusion(cells=cells), []
+    for theta in ((0.25, np.pi / 5), (0.1, 1.0), (0.4, 0.4))[: 1 if quick else 3]:
+        moved += shifts(model, np.array(theta), range(100))
+    table = np.array(moved)
+    return {
+        "cells": cells,
+        "paths": len(table),
+        "median": np.median(table, axis=0).tolist(),
+        "ninetieth": np.quantile(table, 0.9, axis=0).tolist(),
+        "largest": table.max(axis=0).tolist(),
+        "below_a_fifth": float(np.mean(table.max(axis=1) < 0.2)),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    parser.add_argument("--quick", action="store_true", help="leave out the largest grids")
+    parser.add_argument("--output", type=Path, default=Path("outputs/solver.json"))
+    options = parser.parse_args()
+    exact, about = reference(options.quick)
+    print("Reference {cells}: differs from {next} by {difference:.2e}".format(**about))
+    print("Work and precision")
+    rows = work_precision(exact, 3 if options.quick else 5)
+    result: dict[str, Any] = {"reference": about, "work_precision": rows, "upwind": against_baseline(rows)}
+    print(
+        "Against third-order upwind on 200 x 100: rms {rms:.4f}".format(**result["upwind"]["best"]), end=" "
+    )
+    print(f"for {result['upwind']['cost_ratio']:.2f} of its cost")
+    if importlib.util.find_spec("pde"):
+        print("Against py-pde, at no larger an error")
+        result["py_pde"] = against_oracle(exact, rows, options.quick)
+    print("How far refining the grid once moves an estimate, in its standard deviations (mu, omega)")
+    result["grid_error"] = [
+        grid_error(cells, options.quick) for cells in ((100, 50), AdvectionDiffusion().cells)
+    ]
+    for row in result["grid_error"]:
+        numbers = "  ".join(
+            f"{key} {np.round(row[key], 3)}" for key in ("median", "ninetieth", "largest", "below_a_fifth")
+        )
+        print(f"  {row['cells'][0]} x {row['cells'][1]}, {row['paths']} paths: {numbers}")
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    options.output.write_text(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()
