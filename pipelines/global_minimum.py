@@ -31,6 +31,7 @@ from fieldrl.vehicle.unicycle import Unicycle
 
 STARTS = 32  # of SciPy, for each fold
 RELATIVE, ABSOLUTE = 1e-6, 1e-9  # losses closer than this are equal
+CLOSE = 1e-6  # of theta: agreement where the losses are equal
 TIGHT = {"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-15}
 
 
@@ -85,20 +86,22 @@ def verdict(ours: float, theirs: float) -> str:
     return "better" if ours < theirs else "worse"
 
 
-def compare(number: int) -> list[dict[str, Any]]:
-    """The full fit and one random fold of a problem, ours against SciPy's."""
+def compare(number: int, full: bool = True) -> list[dict[str, Any]]:
+    """The full fit (unless left out) and one random fold of a problem, ours against SciPy's."""
     problem, rng = random_problem(number), stream(number, "scipy")
     fit = subject()[1].fit(problem)
+    losses = np.diagonal(problem.losses(problem.residuals(fit.theta), fit.theta))
     rows = []
-    for fold in (0, int(rng.integers(1, problem.folds))):
+    for fold in [0] * full + [int(rng.integers(1, problem.folds))]:
         theta, loss = multistart(problem, fold, rng)
         rows.append(
             {
                 "problem": number,
                 "samples": len(problem.samples),
                 "fold": fold,
-                "verdict": verdict(float(fit.loss[fold]), loss),
-                "loss": float(fit.loss[fold]),
+                "verdict": verdict(float(losses[fold]), loss),
+                "distance": float(np.abs(fit.theta[fold] - theta).max()),
+                "loss": float(losses[fold]),
                 "theta": fit.theta[fold].tolist(),
                 "scipy_loss": float(loss),
                 "scipy_theta": theta.tolist(),
@@ -114,11 +117,13 @@ def summarise(rows: list[dict[str, Any]]) -> dict[str, Any]:
         problems.setdefault(row["problem"], set()).add(row["verdict"])
     whole = [next(v for v in ("worse", "better", "equal") if v in seen) for seen in problems.values()]
     fits = [row["verdict"] for row in rows]
+    far = [row for row in rows if row["verdict"] == "equal" and row["distance"] > CLOSE]
     return {
         "problems": len(problems),
         **{name: whole.count(name) for name in ("worse", "better", "equal")},
         "fits": {name: fits.count(name) for name in ("worse", "better", "equal")},
-        "differences": [row for row in rows if row["verdict"] != "equal"],
+        "equal_but_farther_than_1e-6": len(far),
+        "differences": [row for row in rows if row["verdict"] != "equal"] + far,
     }
 
 
@@ -137,10 +142,11 @@ def main() -> None:
     path.parent.mkdir(exist_ok=True)
     path.write_text(json.dumps(result, indent=1) + "\n")
     for row in result["differences"]:
-        if row["verdict"] == "worse":
+        if row["verdict"] != "better":
             print(row)
     counts = ", ".join(f"{result[name]} {name}" for name in ("worse", "better", "equal"))
     print(f"{result['problems']} problems: {counts} ({result['seconds']:.0f} s); {path}")
+    print(f"{result['equal_but_farther_than_1e-6']} of equal loss, but theta farther apart than {CLOSE:g}")
 
 
 if __name__ == "__main__":

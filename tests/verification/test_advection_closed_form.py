@@ -1,8 +1,9 @@
-"""Are the numbers of the closed form right: against integration along the characteristic, quadrature, differences."""
+"""The closed form against integration along the characteristic, quadrature and differences."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -31,13 +32,13 @@ def rate_by_hand(source: LocalisedSource, x: float, y: float) -> float:
 
 
 def along_the_characteristic(model: Advection, b, position, time: float) -> float:
-    """df/ds = g along dx/ds = b, by an adaptive Runge-Kutta method of order 8, in the pieces of g's window."""
+    """df/ds = g along dx/ds = b, by Runge-Kutta of order 8, in the pieces of g's window."""
     feature, source, (x, y) = model.initial, model.source, position
     start = x - time * b[0], y - time * b[1]
     state = np.array([*start, feature_by_hand(*start, *feature.constants)])
     closes = math.inf if source is None or source.closes is None else source.closes
     cuts = sorted({0.0, time, *(min(time, cut) for cut in (source.opens if source else 0.0, closes))})
-    for begin, end in zip(cuts, cuts[1:], strict=False):
+    for begin, end in pairwise(cuts):
         open_ = source is not None and source.opens <= begin < closes
 
         def slope(_, z, open_=open_):
@@ -64,8 +65,7 @@ def duhamel_by_quadrature(source: LocalisedSource, b, position, time: float) -> 
     peak = [min(max(nearest, source.opens), end)]
     cuts = sorted({source.opens, *peak, end})
     return sum(
-        quad(rate, begin, stop, epsabs=0.0, epsrel=1e-12, limit=400)[0]
-        for begin, stop in zip(cuts, cuts[1:], strict=False)
+        quad(rate, begin, stop, epsabs=0.0, epsrel=1e-12, limit=400)[0] for begin, stop in pairwise(cuts)
     )
 
 
