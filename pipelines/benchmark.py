@@ -13,7 +13,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
@@ -27,6 +27,7 @@ from fieldrl.core.samples import Samples
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import FitProblem, errors
 from fieldrl.mission import Mission, run_replicate
+from fieldrl.pde.advection import Advection
 from pipelines import report
 
 
@@ -55,7 +56,8 @@ class Stopwatch:
 
 def fit_by_scipy(problem: FitProblem, theta: np.ndarray, derivatives: bool) -> np.ndarray:
     """Every fold by ``scipy.optimize.least_squares`` from one warm start: the minimisers (folds, 2)."""
-    model, samples, bounds = problem.model, problem.samples, problem.model.parameters
+    model, samples = cast(Advection, problem.model), problem.samples
+    bounds = model.parameters
     pull = math.sqrt(problem.tikhonov) / bounds.half_width
     found = []
     for weights in problem.weights:
@@ -73,9 +75,8 @@ def fit_by_scipy(problem: FitProblem, theta: np.ndarray, derivatives: bool) -> n
         def jacobian(b: np.ndarray, root=root, x=x, t=t) -> np.ndarray:
             return np.concatenate([root[:, None] * model.jacobian(b[None], x, t)[0], np.diag(pull)])
 
-        how = {"jac": jacobian} if derivatives else {}
-        box = (bounds.lower, bounds.upper)
-        found.append(least_squares(residuals, theta, bounds=box, **how).x)
+        box, jac = (bounds.lower, bounds.upper), jacobian if derivatives else "2-point"
+        found.append(least_squares(residuals, theta, jac=jac, bounds=box).x)  # pyright: ignore[reportArgumentType]
     return np.array(found)
 
 
@@ -130,7 +131,7 @@ def count_exponentials(record: xr.Dataset, grid: int) -> int:
     return int((grid + n * descents).sum())
 
 
-def split_run(task: Mission, repeats: int) -> dict[str, list[float]]:
+def split_run(task: Mission, grid: int, repeats: int) -> dict[str, list[float]]:
     """A whole learning run: its seconds, and the share of estimation and learning."""
     columns: dict[str, list[float]] = {"seconds": [], "estimation": [], "learning": [], "exponentials": []}
     for seed in range(repeats):
@@ -139,7 +140,7 @@ def split_run(task: Mission, repeats: int) -> dict[str, list[float]]:
         begin = time.perf_counter()
         record = run_replicate(replace(task, estimator=estimator, agent=agent), seed, 0)
         seconds = time.perf_counter() - begin
-        cost = count_exponentials(record, task.estimator.grid**2) * seconds_of_exponential()
+        cost = count_exponentials(record, grid) * seconds_of_exponential()
         columns["seconds"].append(seconds)
         columns["estimation"].append(estimator.seconds / seconds)
         columns["learning"].append(agent.seconds / seconds)
@@ -156,7 +157,7 @@ def main(scale: str = "full") -> dict[str, Any]:
     with threadpool_limits(1):
         record = run_replicate(task, 0, 0)
         fits = compare_fits(task, record, problems, repeats)
-        run = split_run(task, runs)
+        run = split_run(task, LeastSquares().grid ** 2, runs)
     ours = np.array(fits["ours"])
     ratios = {name: (np.array(fits[name]) / ours).tolist() for name in ("scipy", "scipy_derivatives")}
     n = record.sizes["step"]

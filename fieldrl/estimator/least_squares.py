@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.estimator.coarse_search import axis_neighbours, box_grid
 from fieldrl.estimator.global_fit import global_fit, global_fits, local_fits
-from fieldrl.estimator.problem import Compiled, Fit, FitProblem
+from fieldrl.estimator.problem import Compiled, Fit, FitProblem, ForwardModel
 
 
 @dataclass
@@ -36,8 +36,8 @@ class _Search:
 
 def _memo(capacity: int, size: int) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Labels (capacity, 4), squared residuals, running sums and maxima (capacity, size)."""
-    rows = (np.empty((capacity, size)) for _ in range(3))
-    return np.full((capacity, 4), np.nan), *rows
+    squared, total, largest = np.empty((3, capacity, size))
+    return np.full((capacity, 4), np.nan), squared, total, largest
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class LeastSquares:
         _, _, centre, scale = search.model
         return Fit(centre + scale * u, loss, residuals, evaluations, problem.known)
 
-    def _search(self, model) -> _Search:
+    def _search(self, model: ForwardModel) -> _Search:
         """The coarse grid of a model, kept from call to call."""
         known = self._searches.get(id(model))
         if known is None or known[0] is not model:
@@ -96,10 +96,10 @@ class LeastSquares:
             known = self._searches[id(model)] = (model, self._new_search(model))
         return known[1]
 
-    def _new_search(self, model) -> _Search:
+    def _new_search(self, model: ForwardModel) -> _Search:
+        parameters = model.parameters
         if not isinstance(model, Compiled):
             raise TypeError(f"{type(model).__name__} has no compiled derivatives")
-        parameters = model.parameters
         grid = box_grid(self.grid, len(parameters))
         theta = np.ascontiguousarray(parameters.centre + parameters.half_width * grid)
         what = model.kernel, model.constants, parameters.centre, parameters.half_width

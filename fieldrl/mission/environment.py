@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, SupportsFloat
+from typing import Any, Protocol
 
 import gymnasium
 import numpy as np
@@ -112,14 +112,12 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         self._begin()
         return self._observe(), {}
 
-    def step(
-        self, action: np.int64 | int
-    ) -> tuple[NDArray[np.float64], SupportsFloat, bool, bool, dict[str, Any]]:
+    def step(self, action: np.int64 | int) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Move, sample, fit; raises FieldrlError after the last sample or for an unknown action."""
         if len(self.samples) >= self.steps:
             raise FieldrlError("the sample budget is spent: call reset()")
-        if not 0 <= action < self.action_space.n:
-            raise FieldrlError(f"action={action}: must be in 0 .. {self.action_space.n - 1}")
+        if not 0 <= action < len(self.vehicle.actions):
+            raise FieldrlError(f"action={action}: must be in 0 .. {len(self.vehicle.actions) - 1}")
         self._move(int(action))
         observation = self._observe()
         value = self._sample(observation)

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fieldrl.core.domain import Domain, Rectangle
+from fieldrl.estimator.problem import Optimisation
 from fieldrl.mission.mission import Mission
 
 # name: (dimensions after the episode's, unit, long name)
@@ -41,6 +42,7 @@ class EpisodeLog:
         }
         for name in ("action", "evaluations"):
             self.values[name] = np.zeros((episodes, steps), dtype=np.int64)
+        self.courses: dict[tuple[int, int], Optimisation] = {}
 
     def write(self, episode: int, step: int, action: int, reward: float, observation, info: dict) -> None:
         """Keep one step."""
@@ -52,6 +54,8 @@ class EpisodeLog:
             "position", "heading", "time", "value", "e_f", "e_cv", "e_total", "theta", "evaluations",
         ):  # fmt: skip
             values[name][at] = info[name]
+        if info["course"] is not None and len(info["course"].loss):
+            self.courses[at] = info["course"]
 
     def dataset(self, prefix: str = "") -> xr.Dataset:
         """The arrays with names, units and dimensions; ``prefix`` before each name and the episode."""
@@ -64,7 +68,29 @@ class EpisodeLog:
         variables[f"{prefix}return"] = (
             (episode,), total, {"units": "1", "long_name": "return, sum of the rewards"},
         )  # fmt: skip
-        return xr.Dataset(variables)
+        return xr.Dataset(variables | self._traces(episode, prefix))
+
+    def _traces(self, episode: str, prefix: str) -> dict[str, Any]:
+        """The course of every fit, padded with NaN to the longest; nothing where no estimator told any."""
+        if not self.courses:
+            return {}
+        episodes, steps, p = self.values["theta"].shape
+        longest = max(len(course.loss) for course in self.courses.values())
+        loss = np.full((episodes, steps, longest), np.nan)
+        best, theta = loss.copy(), np.full((episodes, steps, longest, p), np.nan)
+        for at, course in self.courses.items():
+            k = len(course.loss)
+            loss[at][:k], best[at][:k], theta[at][:k] = course.loss, course.best, course.theta
+        best[np.isinf(best)] = np.nan
+        dims, units = (episode, "step", "solve"), {"units": "field unit^2"}
+        return {
+            "solve": ("solve", np.arange(longest), {"units": "1", "long_name": "solves of the fit so far"}),
+            f"{prefix}trace_loss": (dims, loss, units | {"long_name": "loss of each solve of a fit"}),
+            f"{prefix}trace_best": (dims, best, units | {"long_name": "least loss so far in a fit"}),
+            f"{prefix}trace_theta": (
+                (*dims, "parameter"), theta, {"units": "see parameter_unit", "long_name": "what was solved"},
+            ),
+        }  # fmt: skip
 
 
 def replicate_record(
@@ -83,7 +109,7 @@ def replicate_record(
     truth = mission.water.truth()
     grid, theta = truth.grid, learning.values["theta"][best, -1]
     estimate = mission.water.field(theta, mission.duration, grid)
-    record = xr.merge([learning.dataset(), evaluation.dataset("evaluation_")])
+    record = xr.merge([learning.dataset(), evaluation.dataset("evaluation_")], join="outer")
     record["pooled"] = (
         ("parameter",), pooled, {"units": "see parameter_unit", "long_name": "estimate from all samples"},
     )  # fmt: skip
@@ -106,7 +132,7 @@ def combine(replicates: Sequence[xr.Dataset], mission: Mission) -> xr.Dataset:
         replicates: their records, in order.
         mission: what was done.
     """
-    record = xr.concat(list(replicates), dim="replicate")
+    record = xr.concat(list(replicates), dim="replicate", join="outer")
     parameters, truth = mission.water.parameters, mission.water.truth()
     grid = truth.grid
     field = truth.field(np.array(parameters.true), mission.duration, grid)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numba import carray, cfunc, njit
+from numba import carray, cfunc, njit  # pyright: ignore[reportPrivateImportUsage]
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
@@ -87,7 +87,7 @@ class Advection:
     @property
     def kernel(self) -> int:
         """Address of the compiled MODEL function."""
-        return _model.address
+        return int(_model.address or 0)
 
     @cached_property
     def constants(self) -> NDArray[np.float64]:
