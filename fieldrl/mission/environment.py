@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Protocol
 
 import gymnasium
@@ -134,6 +135,8 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         observation = np.empty(4)
         observation[:3] = self.vehicle.sensor.observe(self.state, self.np_random)
         observation[3] = self.time
+        if self.vehicle.heading_limits is None:
+            observation[2] = math.remainder(observation[2], 2 * math.pi)
         return np.minimum(np.maximum(observation, self.low), self.high)
 
     def _move(self, action: int) -> None:

@@ -1,0 +1,33 @@
+"""A small mission of the first experiment, with any part of it changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from fieldrl.agent.sarsa import SarsaLambda
+from fieldrl.estimator.least_squares import LeastSquares
+from fieldrl.mission import Mission
+from fieldrl.mission.reward import TotalError
+from fieldrl.pde.advection import Advection
+from fieldrl.vehicle.unicycle import Unicycle
+
+
+@pytest.fixture
+def mission() -> Callable[..., Mission]:
+    def build(**changed: Any) -> Mission:
+        parts = {
+            "water": Advection(),
+            "vehicle": Unicycle(),
+            "agent": SarsaLambda(),
+            "estimator": LeastSquares(),
+            "reward": TotalError(),
+            "episodes": 3,
+            "steps": 4,
+            "evaluation_episodes": 2,
+        }
+        return Mission(**parts | changed)
+
+    return build
