@@ -21,7 +21,7 @@ _MARGIN = 0.7  # share of the stability limit of classical Runge-Kutta, 2 sqrt(2
 class GyreEquation(PDEBase):
     """dc/dt = rho lap c - v grad c with the double gyre's v."""
 
-    def __init__(self, model: AdvectionDiffusion, theta: tuple[float, float]) -> None:
+    def __init__(self, model: AdvectionDiffusion, theta: NDArray) -> None:
         super().__init__()
         self.model, self.theta = model, theta
 
@@ -41,7 +41,8 @@ class GyreEquation(PDEBase):
         laplace = state.grid.make_operator("laplace", bc=wall, backend=backend, dtype=state.dtype)
         gradient = state.grid.make_operator("gradient", bc=wall, backend=backend, dtype=state.dtype)
         rho, (mu, omega) = self.model.diffusivity, self.theta
-        amplitude, length = self.model.flow.constants  # type: ignore[attr-defined]
+        flow: Any = self.model.flow
+        amplitude, length = flow.constants
         x, y = (np.asarray(axis) / length for axis in state.grid.axes_coords)
         sine, cosine, speed = np.sin(np.pi * y), np.cos(np.pi * y), np.pi * amplitude * length
 
@@ -59,7 +60,7 @@ class GyreEquation(PDEBase):
         return rate
 
 
-def time_step(model: AdvectionDiffusion, theta: tuple[float, float], cells: tuple[int, int]) -> float:
+def time_step(model: AdvectionDiffusion, theta: NDArray, cells: tuple[int, int]) -> float:
     """A stable step of the classical Runge-Kutta method with central differences [time]."""
     h = np.subtract(model.domain.upper, model.domain.lower) / cells
     points = model.domain.grid(100, 50).points
@@ -71,9 +72,20 @@ def time_step(model: AdvectionDiffusion, theta: tuple[float, float], cells: tupl
 
 
 def solve(
-    model: AdvectionDiffusion, theta: tuple[float, float], cells: tuple[int, int], repeats: int = 1
+    model: AdvectionDiffusion,
+    theta: NDArray,
+    cells: tuple[int, int],
+    repeats: int = 1,
+    backend: str = "numba",
 ) -> tuple[NDArray[np.float64], float, float]:
     """The field at the final time by py-pde, at the cells' centres.
+
+    Args:
+        model: the problem; its grid is not used.
+        theta: (mu, omega), (2,).
+        cells: py-pde's grid.
+        repeats: of the timed solve.
+        backend: of py-pde; "scipy" compiles nothing, but is slow.
 
     Returns:
         the field (nx, ny), CPU seconds of the solve alone, CPU seconds with compilation.
@@ -88,7 +100,7 @@ def solve(
         return ScalarField(grid, model.initial.value(grid.cell_coords.reshape(-1, 2)).reshape(cells))
 
     began = time.process_time()
-    stepper = RungeKuttaSolver(GyreEquation(model, theta), backend="numba").make_stepper(start(), dt=step)
+    stepper = RungeKuttaSolver(GyreEquation(model, theta), backend=backend).make_stepper(start(), dt=step)
     stepper(start(), 0.0, step)
     compiling, spent, state = time.process_time() - began, np.inf, start()
     for _ in range(repeats):

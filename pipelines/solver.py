@@ -1,6 +1,6 @@
 """How good and how fast is the solver? Work and precision, py-pde, and what the grid does to an estimate.
 
-    python -m pipelines.solver            everything, about three minutes on one core
+    python -m pipelines.solver            everything, about five minutes on one core
     python -m pipelines.solver --quick    without the largest grids
 
 All on the paper's second experiment (double gyre, T = 10, rho = 1, sigma = 20). Errors are root mean squares
@@ -17,6 +17,7 @@ import json
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,11 +32,11 @@ from fieldrl.vehicle.unicycle import Unicycle
 
 GRIDS = ((64, 32), (80, 40), (100, 50), (126, 63), (142, 71), (200, 100), (284, 142))
 ORACLE_GRIDS = ((200, 100), (400, 200), (800, 400))
-BASELINE = (3, (200, 100))  # third-order upwind, as the issue of this comparison defines it
+BASELINE = (3, (200, 100))  # third-order upwind with the same time steps
 COLD = """
 import time; began = time.perf_counter()
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
-model = AdvectionDiffusion(cells=({0}, {1}))
+model = AdvectionDiffusion(cells=({0}, {1}), order={2})
 loaded = time.perf_counter(); model.solve(model.true); print(loaded - began, time.perf_counter() - loaded)
 """
 
@@ -65,11 +66,12 @@ def cost(model: AdvectionDiffusion, repeats: int) -> float:
     return min(spent)
 
 
-def reference(quick: bool) -> tuple[NDArray[np.float64], dict[str, Any]]:
-    """A fine solution and the difference to the next coarser one."""
+def reference(quick: bool) -> tuple[AdvectionDiffusion, dict[str, Any]]:
+    """A model on a fine grid, and how much it differs from the next coarser one."""
     fine, coarse = ((480, 240), (360, 180)) if quick else ((640, 320), (480, 240))
-    field = field_of(model_on(fine))
-    return field, {"cells": fine, "next": coarse, "difference": rms(field - field_of(model_on(coarse)))}
+    model = replace(model_on(fine), solutions=Solutions())
+    difference = rms(field_of(model) - field_of(model_on(coarse)))
+    return model, {"cells": fine, "next": coarse, "difference": difference}
 
 
 def work_precision(exact: NDArray[np.float64], repeats: int) -> list[dict[str, Any]]:
@@ -96,45 +98,39 @@ def against_baseline(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def against_oracle(
-    exact: NDArray[np.float64], rows: list[dict[str, Any]], quick: bool
+    exact: AdvectionDiffusion, rows: list[dict[str, Any]], quick: bool
 ) -> list[dict[str, Any]]:
     """py-pde, and our cheapest solve that is at least as good; compilation excluded, then included."""
     from pipelines import oracle
 
-    table, model = [], AdvectionDiffusion()
+    table, theta = [], np.array(exact.true)
     for cells in ORACLE_GRIDS[: 2 if quick else 3]:
-        theirs, alone, compiled = oracle.solve(model, model.parameters.true, cells)  # type: ignore[arg-type]
-        error = rms(block_means(theirs) - exact)
+        theirs, alone, compiled = oracle.solve(exact, theta, cells, repeats=3 if cells[0] < 400 else 1)
+        error = rms(theirs - exact.field(theta, exact.final_time, exact.domain.grid(*cells)))
         ours = min((row for row in rows if row["rms"] <= error), key=lambda row: row["seconds"])
-        load, first = fresh_process(ours["cells"])
-        table.append(
-            {
-                "cells": cells, "rms": error, "seconds": alone, "with_compilation": compiled, "ours": ours,
-                "ours_first_solve": first, "ours_import": load, "ratio": alone / ours["seconds"],
-                "ratio_with_compilation": compiled / first,
-            }
-        )  # fmt: skip
+        load, first = fresh_process(ours["order"], ours["cells"])
+        ratios = {"ratio": alone / ours["seconds"], "ratio_with_compilation": compiled / first}
+        row = {
+            "cells": cells,
+            "rms": error,
+            "seconds": alone,
+            "seconds_with_compilation": compiled,
+            "ours": ours,
+        }
+        table.append({**row, "ours_first_solve": first, "ours_import": load, **ratios})
+        print(f"  py-pde {cells[0]} x {cells[1]}: rms {error:.4f}, {alone:.3f} s, compiled {compiled:.1f} s")
+        print(f"    ours, order {ours['order']} on {ours['cells'][0]} x {ours['cells'][1]}:", end=" ")
         print(
-            f"  py-pde {cells[0]} x {cells[1]}: rms {error:.4f}, {alone:.3f} s ({compiled:.1f} s with compilation); "
-            f"ours order {ours['order']} {ours['cells']}: rms {ours['rms']:.4f}, {ours['seconds']:.4f} s "
-            f"({first:.3f} s first solve of a process): {alone / ours['seconds']:.0f} and {compiled / first:.0f} times"
+            f"rms {ours['rms']:.4f}, {ours['seconds']:.4f} s, first solve of a process {first:.3f} s;",
+            end=" ",
         )
+        print("{ratio:.0f} and {ratio_with_compilation:.0f} times faster".format(**ratios))
     return table
 
 
-def block_means(field: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Point values on a multiple of the common grid, brought to its points by averaging corners of second order."""
-    nx, ny = field.shape[0] // 200, field.shape[1] // 100
-    if nx == 1:
-        return field
-    return field.reshape(200, nx, 100, ny)[:, nx // 2 - 1 : nx // 2 + 1, :, ny // 2 - 1 : ny // 2 + 1].mean(
-        axis=(1, 3)
-    )
-
-
-def fresh_process(cells: tuple[int, int]) -> tuple[float, float]:
+def fresh_process(order: int, cells: tuple[int, int]) -> tuple[float, float]:
     """Seconds of import and of the first solve in a new process, numba's cache on disk being warm."""
-    code = COLD.format(*cells)
+    code = COLD.format(*cells, order)
     out = [
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         for _ in range(2)
@@ -143,7 +139,7 @@ def fresh_process(cells: tuple[int, int]) -> tuple[float, float]:
     return load, first
 
 
-def random_path(model: AdvectionDiffusion, theta: NDArray, number: int) -> tuple[NDArray, NDArray]:
+def random_path(model: Any, theta: NDArray, number: int) -> tuple[NDArray, NDArray]:
     """Ten samples of a random walk: positions (10, 2), times (10,)."""
     rng, vehicle = stream(number, "grid error"), Unicycle(start=(60.0, 40.0))
     state, places = vehicle.initial(), []
@@ -177,7 +173,7 @@ def shifts(model: AdvectionDiffusion, theta: NDArray, paths: range) -> list[NDAr
     return moved
 
 
-def grid_error(cells: tuple[int, int], quick: bool) -> dict[str, Any]:
+def grid_error(cells: Sequence[int], quick: bool) -> dict[str, Any]:
     """Shifts at the true parameters and two other places."""
     model, moved = AdvectionDiffusion(cells=cells), []
     for theta in ((0.25, np.pi / 5), (0.1, 1.0), (0.4, 0.4))[: 1 if quick else 3]:
@@ -193,6 +189,21 @@ def grid_error(cells: tuple[int, int], quick: bool) -> dict[str, Any]:
     }
 
 
+def grid_errors(quick: bool) -> list[dict[str, Any]]:
+    """The table of grid errors."""
+    print("How far refining the grid once moves an estimate, in its standard deviations (mu, omega)")
+    rows = [grid_error(cells, quick) for cells in ((100, 50), AdvectionDiffusion().cells, (200, 100))]
+    for row in rows:
+        print(f"  {row['cells'][0]} x {row['cells'][1]}, {row['paths']} paths:", end=" ")
+        print(
+            "  ".join(
+                f"{key} {np.round(row[key], 3)}"
+                for key in ("median", "ninetieth", "largest", "below_a_fifth")
+            )
+        )
+    return rows
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--quick", action="store_true", help="leave out the largest grids")
@@ -201,7 +212,7 @@ def main() -> None:
     exact, about = reference(options.quick)
     print("Reference {cells}: differs from {next} by {difference:.2e}".format(**about))
     print("Work and precision")
-    rows = work_precision(exact, 3 if options.quick else 5)
+    rows = work_precision(field_of(exact), 3 if options.quick else 5)
     result: dict[str, Any] = {"reference": about, "work_precision": rows, "upwind": against_baseline(rows)}
     print(
         "Against third-order upwind on 200 x 100: rms {rms:.4f}".format(**result["upwind"]["best"]), end=" "
@@ -210,15 +221,7 @@ def main() -> None:
     if importlib.util.find_spec("pde"):
         print("Against py-pde, at no larger an error")
         result["py_pde"] = against_oracle(exact, rows, options.quick)
-    print("How far refining the grid once moves an estimate, in its standard deviations (mu, omega)")
-    result["grid_error"] = [
-        grid_error(cells, options.quick) for cells in ((100, 50), AdvectionDiffusion().cells)
-    ]
-    for row in result["grid_error"]:
-        numbers = "  ".join(
-            f"{key} {np.round(row[key], 3)}" for key in ("median", "ninetieth", "largest", "below_a_fifth")
-        )
-        print(f"  {row['cells'][0]} x {row['cells'][1]}, {row['paths']} paths: {numbers}")
+    result["grid_error"] = grid_errors(options.quick)
     options.output.parent.mkdir(parents=True, exist_ok=True)
     options.output.write_text(json.dumps(result, indent=1))
 

@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fieldrl import __version__
 from fieldrl.core import checks
@@ -210,10 +210,10 @@ class AdvectionDiffusion:
         """The model that generates the true field: the same physics on a finer grid."""
         return replace(self, cells=tuple(n * self.truth_refinement for n in self.cells))
 
-    def solve(self, theta: NDArray) -> NDArray[np.float64]:
+    def solve(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Cell averages at ``snapshot_times`` for theta (p,), (k, nx, ny) [field unit]; or SolveFailed."""
-        theta = self._checked(theta)
-        return self.solutions.get(key(self._key, theta), lambda: self._march(theta))
+        checked = self._checked(theta)
+        return self.solutions.get(key(self._key, checked), lambda: self._march(checked))
 
     def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
         """The field of m candidates at n samples.
@@ -282,7 +282,7 @@ class AdvectionDiffusion:
         """Without the undershoots that sampling between cells makes, where nothing may be negative."""
         return np.maximum(values, 0.0) if self.positive else values
 
-    def _checked(self, theta: NDArray) -> NDArray[np.float64]:
+    def _checked(self, theta: ArrayLike) -> NDArray[np.float64]:
         return np.array(checks.vector("theta", np.asarray(theta, dtype=float), len(self.parameters)))
 
     def _corners(self, grid: Grid) -> NDArray[np.float64]:

@@ -1,0 +1,23 @@
+"""An independent solver on the real problem: py-pde, second-order central differences."""
+
+import numpy as np
+import pytest
+
+from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+
+pytest.importorskip("pde")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_py_pde_converges_to_our_solution_at_its_second_order():
+    from pipelines import oracle
+
+    model = AdvectionDiffusion(final_time=3.0)
+    theta, errors = np.array(model.true), []
+    for cells in ((100, 50), (200, 100)):
+        theirs, _, _ = oracle.solve(model, theta, cells, backend="scipy")
+        ours = model.field(theta, model.final_time, model.domain.grid(*cells))
+        errors.append(np.sqrt(np.mean((theirs - ours) ** 2)))
+    assert errors[1] < 0.07
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
