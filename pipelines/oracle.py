@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pde import CartesianGrid, PDEBase, RungeKuttaSolver, ScalarField, config
+from pde import CartesianGrid, PDEBase, RungeKuttaSolver, ScalarField
+from pde.tools.config import config
 
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 

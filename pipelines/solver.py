@@ -34,10 +34,10 @@ GRIDS = ((64, 32), (80, 40), (100, 50), (126, 63), (142, 71), (200, 100), (284, 
 ORACLE_GRIDS = ((200, 100), (400, 200), (800, 400))
 BASELINE = (3, (200, 100))  # third-order upwind with the same time steps
 COLD = """
-import time; began = time.perf_counter()
+import time; began = time.process_time()
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 model = AdvectionDiffusion(cells=({0}, {1}), order={2})
-loaded = time.perf_counter(); model.solve(model.true); print(loaded - began, time.perf_counter() - loaded)
+loaded = time.process_time(); model.solve(model.true); print(loaded - began, time.process_time() - loaded)
 """
 
 
@@ -129,7 +129,7 @@ def against_oracle(
 
 
 def fresh_process(order: int, cells: tuple[int, int]) -> tuple[float, float]:
-    """Seconds of import and of the first solve in a new process, numba's cache on disk being warm."""
+    """CPU seconds of import and of the first solve in a new process, numba's cache on disk being warm."""
     code = COLD.format(*cells, order)
     out = [
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
