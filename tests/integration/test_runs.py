@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -79,14 +80,13 @@ def test_force_computes_a_finished_run_again_with_the_same_result(run_here, tmp_
 
 
 def test_the_number_of_workers_does_not_change_a_bit(tmp_path):
-    for jobs in (1, 2, 3):
+    for jobs in (1, 2):
         finished = fieldrl(
             tmp_path, *SMALL, "replicates=3", "tracking=none", f"parallel.jobs={jobs}", f"output_dir=by{jobs}"
         )
         assert finished.returncode == 0, finished.stderr
         assert finished.stderr == ""
-    for jobs in ("by2", "by3"):
-        xr.testing.assert_identical(record(tmp_path, jobs), record(tmp_path, "by1"))
+    xr.testing.assert_identical(record(tmp_path, "by2"), record(tmp_path, "by1"))
 
 
 def test_a_replicate_does_not_depend_on_how_many_there_are(run_here, tmp_path):
@@ -162,11 +162,11 @@ def _wait_for(path, seconds: float = 60.0) -> None:
 
 @pytest.mark.parametrize("launcher", ["basic", "joblib"])
 def test_a_sweep_runs_every_job_and_puts_nothing_strange_anywhere(tmp_path, launcher):
-    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "seed=0,1,2", f"hydra/launcher={launcher}")
+    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "seed=0,1", f"hydra/launcher={launcher}")
     assert finished.returncode == 0, finished.stderr
     assert {path.name for path in tmp_path.iterdir()} == {"outputs"}
     assert {path.name for path in (tmp_path / "outputs").iterdir()} == {"runs", "sweeps", ".locks"}
-    assert len(list((tmp_path / "outputs" / "runs").glob("*/summary.json"))) == 3
+    assert len(list((tmp_path / "outputs" / "runs").glob("*/summary.json"))) == 2
 
 
 def test_a_job_of_a_sweep_that_fails_does_not_stop_the_others(tmp_path):
@@ -184,15 +184,19 @@ def test_the_command_works_where_the_configuration_is_not(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_help_is_quick_and_names_groups_options_and_keys(tmp_path):
-    best = min(_timed_help(tmp_path) for _ in range(3))
-    assert best < 0.7
-
-
-def _timed_help(folder) -> float:
-    started = time.perf_counter()
-    finished = fieldrl(folder, "--help")
-    elapsed = time.perf_counter() - started
+def test_help_names_groups_options_and_keys_in_half_a_second_of_processor_time(tmp_path):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    finished = fieldrl(tmp_path, "--help")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     words = ("agent", "sarsa_lambda", "lawnmower", "experiment", "episodes", "output_dir", "-m")
     assert all(word in finished.stdout for word in words)
-    return elapsed
+    assert after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime < 0.5
+
+
+def test_help_imports_nothing_heavy(tmp_path):
+    code = (
+        "import sys; from fieldrl.app.main import main; main(['--help']); "
+        "print({'numpy', 'hydra', 'numba', 'mlflow', 'rich', 'xarray'} & set(sys.modules))"
+    )
+    finished = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert finished.stdout.splitlines()[-1] == "set()"
