@@ -1,0 +1,219 @@
+"""Composite Bayesian optimisation of all folds at once: the estimator for dear models.
+
+A Gaussian process on the vector of predictions (see ``surrogate``) tells how much every fold's loss may
+still gain anywhere. The next solve goes where some fold gains most, counted in what that fold tolerates;
+when nothing gains more than is tolerated, each fold's minimiser is the best of the solves.
+
+Candidates are: the surrogate's own minimisers (Gauss-Newton descents on its mean, which end the search in
+a few solves once the right basin is found), points around the best solves, and points that cover the box.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fieldrl.core import checks
+from fieldrl.estimator.designs import additive_recurrence, cover, normal_draws
+from fieldrl.estimator.improvement import basin_volume, descend, expected_improvement, improvement_bound
+from fieldrl.estimator.ledger import Ledger
+from fieldrl.estimator.problem import Fit, FitProblem
+from fieldrl.estimator.surrogate import Surrogate, condition, predict
+
+_COVER, _AROUND, _DRAWS = 9, 4, 6  # two to these: points of the box, points around one, normal vectors
+_RADII = (0.1, 0.02, 0.004)  # where to look around the best solves [half-width]
+_STARTS = 4  # descents of fold 0 from the best solves, and as many from the best of the cover
+_REFINED = (0.05, 0.0125, 0.003)  # where to look around the best candidate [half-width]
+_DESCENT = 40  # evaluations of the surrogate in a descent
+_MARGIN = 0.02  # a basin not yet seen must be lower by this share to count
+_CAUTION, _MORE_CAUTION = 1.0, 3.0  # for the next solve, and before it is believed that none is needed
+_SAME = 1e-6  # closer to a solve than this is the solve [half-width]
+_LOST = 0.05  # no proposal so near a failed solve [half-width]
+
+
+@dataclass(frozen=True)
+class Composite:
+    """Composite expected improvement, one solve at a time.
+
+    Args:
+        initial: solves before the surrogate is first asked, >= 2; those already known count.
+        budget: at most so many new solves in a fit.
+        tolerance: stop when fold 0 expects to gain less than this share of its loss.
+        fold_tolerance: the same for the folds that leave a sample out.
+        floor: a gain less than this is never worth a solve [field unit^2].
+        share: start from the solves that earlier fits left in the problem.
+        neighbours: the surrogate is conditioned on at most so many solves, the best and a few far ones.
+        batch: solves proposed at a time, each as if the others had met the surrogate's mean.
+        workers: threads that solve a batch.
+        tikhonov: tau >= 0, weight of the pull towards the centre of the bounds [field unit^2].
+    """
+
+    initial: int = 4
+    budget: int = 60
+    tolerance: float = 0.003
+    fold_tolerance: float = 0.01
+    floor: float = 1e-3
+    share: bool = True
+    neighbours: int = 60
+    batch: int = 1
+    workers: int = 1
+    tikhonov: float = 1e-3
+
+    def __post_init__(self) -> None:
+        for name, least in (("initial", 2), ("budget", 1), ("neighbours", 10), ("batch", 1), ("workers", 1)):
+            checks.integer(name, getattr(self, name), least)
+        checks.positive("tolerance", self.tolerance)
+        checks.positive("fold_tolerance", self.fold_tolerance)
+        checks.positive("floor", self.floor, "field unit^2")
+        checks.boolean("share", self.share)
+        checks.not_negative("tikhonov", self.tikhonov, "field unit^2")
+
+    def fit(self, problem: FitProblem) -> Fit:
+        """Minimisers of every fold among the solves; raises SolveFailed where no solve succeeded."""
+        problem = replace(problem, tikhonov=self.tikhonov)
+        ledger = Ledger(problem, self.share, self.workers)
+        search = _Search(self, problem, ledger)
+        search.begin()
+        while len(problem.samples) and ledger.evaluations < self.budget:
+            proposals = search.propose(min(self.batch, self.budget - ledger.evaluations))
+            if not proposals:
+                break
+            ledger.ask_all(proposals)
+        return ledger.fit()
+
+
+class _Search:
+    """The proposals of one fit."""
+
+    def __init__(self, settings: Composite, problem: FitProblem, ledger: Ledger) -> None:
+        self.settings, self.problem, self.ledger = settings, problem, ledger
+        parameters = problem.model.parameters
+        self.centre, self.scale, self.p = parameters.centre, parameters.half_width, len(parameters)
+        self.weights = np.array(problem.weights)
+
+    def begin(self) -> None:
+        """Solve the initial design, less what is known; its first point is theta0."""
+        settings = self.settings
+        design = additive_recurrence(settings.budget, self.p)
+        for u in design[: 1 if not len(self.problem.samples) else settings.budget]:
+            if len(self.ledger.theta) >= settings.initial or self.ledger.evaluations >= settings.budget:
+                break
+            self.ledger.ask(self._theta(u))
+
+    def propose(self, count: int) -> list[NDArray[np.float64]]:
+        """Where to solve next, at most ``count`` theta (p,); empty where nothing is worth a solve."""
+        u, residuals, losses = self._known()
+        best, values = losses.min(axis=0), self.problem.samples.values
+        tolerated = np.maximum(self._tolerances(len(best)) * best, self.settings.floor)
+        near = _neighbours(u, losses, self.settings.neighbours)
+        u, outputs, losses = u[near], residuals[near] + values, losses[near]
+        proposals: list[NDArray] = []
+        while len(proposals) < count:
+            found = self._most_worthwhile(u, outputs, losses, best, tolerated)
+            if found is None:
+                found = self._unexplored(u, outputs, losses, best[0], tolerated[0])
+            if found is None:
+                break
+            proposals.append(self._theta(found))
+            if len(proposals) < count:
+                u, outputs, losses = self._believe(u, outputs, losses, found)
+        return proposals
+
+    def _believe(self, u: NDArray, outputs: NDArray, losses: NDArray, found: NDArray) -> tuple[NDArray, ...]:
+        """The solves, and one at ``found`` that met the surrogate's mean."""
+        values = self.problem.samples.values
+        believed, _ = predict(condition(u, outputs, values, _CAUTION), found[None])
+        more = self.problem.losses(believed - values, self._theta(found)[None])
+        return np.vstack([u, found]), np.vstack([outputs, believed]), np.vstack([losses, more])
+
+    def _most_worthwhile(self, u, outputs, losses, best, tolerated) -> NDArray[np.float64] | None:
+        """The candidate with the greatest gain in units of what is tolerated, refined; None below 1."""
+        values = self.problem.samples.values
+        surrogate, draws = condition(u, outputs, values, _CAUTION), normal_draws(_DRAWS, len(values))
+
+        def worth(candidates: NDArray) -> tuple[NDArray, float]:
+            candidates = candidates[self._is_new(candidates, u)]
+            if not len(candidates):
+                return candidates, 0.0
+            gains = expected_improvement(surrogate, candidates, values, self.settings.tikhonov, best, draws)
+            most = np.max(gains / tolerated, axis=1)
+            return candidates[np.argmax(most)], float(most.max())
+
+        found, most = worth(self._candidates(surrogate, u, losses))
+        for radius in _REFINED:
+            if most > 0.0:
+                found, most = worth(np.concatenate([found[None], self._around(found, radius)]))
+        return found if most > 1.0 else None
+
+    def _unexplored(self, u, outputs, losses, best: float, tolerated: float) -> NDArray[np.float64] | None:
+        """The likeliest place of a basin not yet seen; None where all such places together gain little.
+
+        A point's expected gain says little about a basin much narrower than the distance between points, so
+        each point of the cover stands for as many basins as fit into its share of the box.
+        """
+        if best < tolerated:
+            return None
+        values, tau, box = self.problem.samples.values, self.settings.tikhonov, cover(_COVER, self.p)
+        surrogate = condition(u, outputs, values, _MORE_CAUTION)
+        bound = improvement_bound(surrogate, box, values, tau, (1.0 - _MARGIN) * best)
+        bound[~self._is_new(box, u)] = 0.0
+        narrow = basin_volume(surrogate, u[np.argmin(losses[:, 0])], tau, best)
+        basins = max(2.0**self.p / len(box) / narrow, 1.0)
+        return box[np.argmax(bound)] if basins * bound.sum() > tolerated else None
+
+    def _candidates(self, surrogate: Surrogate, u: NDArray, losses: NDArray) -> NDArray[np.float64]:
+        """Minimisers of the surrogate, the neighbourhoods of the best solves, and the cover, (m, p)."""
+        box = cover(_COVER, self.p)
+        order = np.argsort(losses[:, 0], kind="stable")
+        incumbents = np.unique(np.concatenate([np.argmin(losses, axis=0), order[:3]]))
+        around = [self._around(u[i], radius) for i in incumbents for radius in _RADII]
+        return np.concatenate([self._minimisers(surrogate, u, losses, order), *around, box])
+
+    def _minimisers(self, surrogate, u, losses, order) -> NDArray[np.float64]:
+        """Where descents on the surrogate end: fold 0 from several starts, the others from their best."""
+        values, tau, box = self.problem.samples.values, self.settings.tikhonov, cover(_COVER, self.p)
+        expected = np.sum((predict(surrogate, box)[0] - values) ** 2, axis=1)
+        starts = [(0, u[i]) for i in order[:_STARTS]]
+        starts += [(0, box[i]) for i in np.argsort(expected, kind="stable")[:_STARTS]]
+        starts += [(fold, u[i]) for fold, i in enumerate(np.argmin(losses, axis=0)) if fold]
+        ends = np.array([start for _, start in starts])
+        for end, (fold, _) in zip(ends, starts, strict=True):
+            descend(surrogate, values, self.weights[fold], tau, end, _DESCENT)
+        return ends
+
+    def _is_new(self, candidates: NDArray, u: NDArray) -> NDArray[np.bool_]:
+        """Which candidates (m, p) are neither solved nor near a failed solve, (m,)."""
+        new = np.min(np.max(np.abs(candidates[:, None] - u), axis=2), axis=1) > _SAME
+        for lost in (self.ledger.failed - self.centre) / self.scale:
+            new &= np.max(np.abs(candidates - lost), axis=1) > _LOST
+        return new
+
+    def _around(self, u: NDArray, radius: float) -> NDArray[np.float64]:
+        return np.clip(u + radius * cover(_AROUND, self.p), -1.0, 1.0)
+
+    def _known(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Scaled unknowns (k, p), residuals (k, n) and losses (k, folds) of all solves."""
+        theta, residuals = self.ledger.theta, self.ledger.residuals
+        return (theta - self.centre) / self.scale, residuals, self.problem.losses(residuals, theta)
+
+    def _tolerances(self, folds: int) -> NDArray[np.float64]:
+        return np.array([self.settings.tolerance] + [self.settings.fold_tolerance] * (folds - 1))
+
+    def _theta(self, u: NDArray) -> NDArray[np.float64]:
+        return self.centre + self.scale * u
+
+
+def _neighbours(u: NDArray, losses: NDArray, limit: int) -> NDArray[np.int64]:
+    """At most ``limit`` places: two thirds the best of every fold by turns, then the farthest from those."""
+    if len(u) <= limit:
+        return np.arange(len(u))
+    ranks = np.argsort(losses, axis=0, kind="stable").ravel()
+    _, first = np.unique(ranks, return_index=True)
+    chosen = list(ranks[np.sort(first)][: 2 * limit // 3])
+    distance = np.min(np.sum((u[:, None] - u[chosen]) ** 2, axis=2), axis=1)
+    while len(chosen) < limit:
+        chosen.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.sum((u - u[chosen[-1]]) ** 2, axis=1))
+    return np.sort(np.array(chosen))

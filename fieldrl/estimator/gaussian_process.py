@@ -1,0 +1,186 @@
+"""The paper's estimator: Gaussian-process Bayesian optimisation of the scalar misfit, by scikit-optimize.
+
+scikit-optimize stands behind this file alone. It sees a number for each theta: the penalised loss of one
+fold, or its logarithm, which is much easier to model (the loss spans five decades).
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+from threadpoolctl import threadpool_limits
+
+from fieldrl.core import checks
+from fieldrl.core.streams import stream
+from fieldrl.estimator.ledger import Ledger
+from fieldrl.estimator.problem import Fit, FitProblem, Optimisation
+
+SCALES = ("log", "linear")
+DESIGNS = ("sobol", "lhs", "hammersly", "halton", "random", "grid")
+_SMALLEST = 1e-12  # a loss below this counts as this in a logarithm [field unit^2]
+
+
+@dataclass(frozen=True)
+class GaussianProcess:
+    """Expected improvement on the misfit of each fold.
+
+    Args:
+        scale: what is modelled, "log" (of the loss) or "linear" (the loss).
+        budget: solves of one optimisation.
+        initial: how many of them are the initial design.
+        design: "sobol", "lhs", "hammersly", "halton", "random" or "grid".
+        noise: variance of the noise in what is modelled, >= 0, or None: estimated.
+        share: false: a separate optimisation for each fold, as in the paper; true: folds and fits start from
+            all solves already known, and end when less than ``tolerance`` is expected to be gained.
+        tolerance: least expected gain that is worth a solve when sharing, as a share of the loss.
+        told: at most so many known solves, the best ones, are told to a fold's optimisation.
+        seed: of the initial design and of scikit-optimize's own draws.
+        tikhonov: tau >= 0, weight of the pull towards the centre of the bounds [field unit^2].
+    """
+
+    scale: str = "log"
+    budget: int = 30
+    initial: int = 10
+    design: str = "sobol"
+    noise: float | None = 1e-8
+    share: bool = False
+    tolerance: float = 0.01
+    told: int = 50
+    seed: int = 0
+    tikhonov: float = 1e-3
+
+    def __post_init__(self) -> None:
+        checks.one_of("scale", self.scale, SCALES)
+        checks.one_of("design", self.design, DESIGNS)
+        for name, least in (("budget", 1), ("initial", 1), ("told", 1), ("seed", 0)):
+            checks.integer(name, getattr(self, name), least)
+        if self.noise is not None:
+            checks.not_negative("noise", self.noise)
+        checks.boolean("share", self.share)
+        checks.positive("tolerance", self.tolerance)
+        checks.not_negative("tikhonov", self.tikhonov, "field unit^2")
+
+    def fit(self, problem: FitProblem) -> Fit:
+        """Minimisers of every fold among the solves; raises SolveFailed where no solve succeeded."""
+        problem = replace(problem, tikhonov=self.tikhonov)
+        with _quiet():
+            return self._together(problem) if self.share else self._apart(problem)
+
+    def _together(self, problem: FitProblem) -> Fit:
+        """One ledger for all folds."""
+        ledger = Ledger(problem, share=True)
+        for fold in range(problem.folds):
+            _Optimisation(self, problem, ledger, fold).run()
+        return ledger.fit()
+
+    def _apart(self, problem: FitProblem) -> Fit:
+        """A ledger for each fold: n + 1 optimisations that know nothing of each other."""
+        fits = []
+        for fold in range(problem.folds):
+            ledger = Ledger(problem)
+            _Optimisation(self, problem, ledger, fold).run()
+            fits.append(ledger.fit())
+        courses = [fit.course for fit in fits if fit.course is not None]
+        return Fit(
+            theta=np.array([fit.theta[fold] for fold, fit in enumerate(fits)]),
+            loss=np.array([fit.loss[fold] for fold, fit in enumerate(fits)]),
+            residuals=np.array([fit.residuals[fold] for fold, fit in enumerate(fits)]),
+            evaluations=sum(fit.evaluations for fit in fits),
+            known=problem.known,
+            course=Optimisation(
+                np.concatenate([course.theta for course in courses]),
+                np.concatenate([course.loss for course in courses]),
+            ),
+        )
+
+
+class _Optimisation:
+    """One fold's optimisation by scikit-optimize."""
+
+    def __init__(self, settings: GaussianProcess, problem: FitProblem, ledger: Ledger, fold: int) -> None:
+        self.settings, self.problem, self.ledger, self.fold = settings, problem, ledger, fold
+        self.lowest, self.highest = np.inf, -np.inf
+
+    def run(self) -> None:
+        """Ask and tell until the budget is spent or, when sharing, little is expected to be gained."""
+        settings, before = self.settings, self.ledger.evaluations
+        known = self._known()
+        optimizer = self._optimizer(max(settings.initial - len(known), 0))
+        if known:
+            optimizer.tell([theta.tolist() for theta, _ in known], [self._told(loss) for _, loss in known])
+        for _ in range(settings.budget):
+            proposal = [float(x) for x in optimizer.ask()]
+            if self.ledger.evaluations - before >= settings.budget or self._is_idle(optimizer, proposal):
+                break
+            optimizer.tell(proposal, self._told(self._loss(np.array(proposal))))
+
+    def _known(self) -> list[tuple[NDArray, float]]:
+        """The best solves that the ledger holds for this fold, with their losses."""
+        theta, residuals = self.ledger.theta, self.ledger.residuals
+        if not len(theta):
+            return []
+        losses = self.problem.losses(residuals, theta)[:, self.fold]
+        order = np.argsort(losses, kind="stable")[: self.settings.told]
+        return [(theta[i], float(losses[i])) for i in np.sort(order)]
+
+    def _optimizer(self, initial: int):
+        from skopt import Optimizer
+        from skopt.space import Space
+        from skopt.utils import cook_estimator, normalize_dimensions
+
+        parameters, n = self.problem.model.parameters, len(self.problem.samples)
+        bounds = list(zip(parameters.lower, parameters.upper, strict=True))
+        space = normalize_dimensions(Space(bounds).dimensions)
+        noise = "gaussian" if self.settings.noise is None else max(self.settings.noise, 1e-10)
+        rng = stream(self.settings.seed, "gaussian process", n, self.fold, self.ledger.opening)
+        seed = int(rng.integers(2**31 - 1))
+        estimator = cook_estimator("GP", space=space, random_state=seed, noise=noise)
+        return Optimizer(
+            space,
+            estimator,
+            n_initial_points=initial,
+            initial_point_generator=self.settings.design,
+            acq_func="EI",
+            random_state=seed,
+        )
+
+    def _loss(self, theta: NDArray) -> float:
+        residuals = self.ledger.ask(theta)
+        if residuals is None:
+            return np.inf
+        return float(self.problem.losses(residuals[None], theta[None])[0, self.fold])
+
+    def _told(self, loss: float) -> float:
+        """What scikit-optimize is told; for a failed solve the worst so far, for it refuses infinity."""
+        if not np.isfinite(loss):
+            return self.highest if np.isfinite(self.highest) else 0.0
+        value = float(np.log(max(loss, _SMALLEST))) if self.settings.scale == "log" else loss
+        self.lowest, self.highest = min(self.lowest, value), max(self.highest, value)
+        return value
+
+    def _is_idle(self, optimizer, proposal: list[float]) -> bool:
+        """Whether, when sharing, the proposal is expected to gain less than is worth a solve."""
+        if not self.settings.share or not optimizer.models:
+            return False
+        where = optimizer.space.transform([proposal])
+        mean, deviation = (float(x[0]) for x in optimizer.models[-1].predict(where, return_std=True))
+        if deviation <= 0.0:
+            return True
+        z = (self.lowest - mean) / deviation
+        gain = deviation * float(z * norm.cdf(z) + norm.pdf(z))
+        scale = 1.0 if self.settings.scale == "log" else max(self.lowest, _SMALLEST)
+        return gain < self.settings.tolerance * scale
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """One BLAS thread, and no warnings from libraries about points seen before or kernels at their bounds."""
+    with threadpool_limits(limits=1), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield

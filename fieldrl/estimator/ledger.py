@@ -1,0 +1,132 @@
+"""The solves of one fit: what was asked, what came back, what each fold makes of it.
+
+One solve gives the residuals at all samples and thus the loss of every fold. A ledger opens with the
+solves that the problem already knows (they cost nothing) and counts the new ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+
+from fieldrl.core.checks import SolveFailed
+from fieldrl.estimator.problem import Fit, FitProblem, Optimisation
+
+
+class Ledger:
+    """Solves by theta, in the order in which they were asked.
+
+    Args:
+        problem: what is fitted.
+        share: open with the solves of ``problem.known``.
+        workers: threads that solve a batch.
+    """
+
+    def __init__(self, problem: FitProblem, share: bool = False, workers: int = 1) -> None:
+        self.problem, self.share, self.workers = problem, share, workers
+        self._places: dict[bytes, int] = {}
+        self._theta: list[NDArray] = []
+        self._residuals: list[NDArray | None] = []
+        self._error: SolveFailed | None = None
+        if share and len(problem.known):
+            self._open(np.ascontiguousarray(problem.known, dtype=float))
+        self.opening = len(self._theta)
+
+    @property
+    def evaluations(self) -> int:
+        """New solves so far, failed ones included."""
+        return len(self._theta) - self.opening
+
+    @property
+    def theta(self) -> NDArray[np.float64]:
+        """What was solved without failing, (k, p)."""
+        p = len(self.problem.model.parameters)
+        return np.array([self._theta[i] for i in self._solved()]).reshape(-1, p)
+
+    @property
+    def residuals(self) -> NDArray[np.float64]:
+        """Prediction - value there, (k, n) [field unit]."""
+        n = len(self.problem.samples)
+        return np.array([self._residuals[i] for i in self._solved()]).reshape(-1, n)
+
+    @property
+    def failed(self) -> NDArray[np.float64]:
+        """Where the solve failed, (f, p)."""
+        p = len(self.problem.model.parameters)
+        lost = [t for t, r in zip(self._theta, self._residuals, strict=True) if r is None]
+        return np.array(lost).reshape(-1, p)
+
+    def ask(self, theta: NDArray) -> NDArray[np.float64] | None:
+        """Residuals at theta (p,): (n,) [field unit], or None where the solve fails."""
+        return self.ask_all([theta])[0]
+
+    def ask_all(self, thetas: Sequence[NDArray]) -> list[NDArray[np.float64] | None]:
+        """Residuals at several theta (p,), solved by ``workers`` threads; nothing is solved twice."""
+        new: dict[bytes, NDArray] = {}
+        for theta in thetas:
+            if theta.tobytes() not in self._places:
+                new.setdefault(theta.tobytes(), np.array(theta, dtype=float))
+        if self.workers > 1 and len(new) > 1:
+            pool = Parallel(n_jobs=self.workers, prefer="threads")
+            answers: list[Any] = list(pool(delayed(self._solve)(theta) for theta in new.values()))
+        else:
+            answers = [self._solve(theta) for theta in new.values()]
+        for theta, answer in zip(new.values(), answers, strict=True):
+            self._write(theta, answer)
+        return [self._residuals[self._places[theta.tobytes()]] for theta in thetas]
+
+    def fit(self) -> Fit:
+        """The best solve of every fold; raises SolveFailed where no solve succeeded."""
+        theta, residuals = self.theta, self.residuals
+        if not len(theta):
+            raise self._error or SolveFailed((), 0.0, "nothing was solved")
+        losses = self.problem.losses(residuals, theta)
+        best, folds = np.argmin(losses, axis=0), np.arange(losses.shape[1])
+        known = theta if self.share else self.problem.known
+        return Fit(theta[best], losses[best, folds], residuals[best], self.evaluations, known, self.course())
+
+    def course(self) -> Optimisation:
+        """The new solves in order, with the loss of fold 0."""
+        p = len(self.problem.model.parameters)
+        theta = np.array(self._theta[self.opening :]).reshape(-1, p)
+        return Optimisation(theta, np.array([self._loss(i) for i in range(self.opening, len(self._theta))]))
+
+    def _loss(self, i: int) -> float:
+        residuals = self._residuals[i]
+        if residuals is None:
+            return float("nan")
+        return float(self.problem.losses(residuals[None], self._theta[i][None])[0, 0])
+
+    def _solved(self) -> list[int]:
+        return [i for i, residuals in enumerate(self._residuals) if residuals is not None]
+
+    def _open(self, known: NDArray) -> None:
+        """Write what the problem knows: one prediction, or one for each theta if some solve fails now."""
+        try:
+            answers = list(self.problem.residuals(known))
+        except SolveFailed:
+            answers = [self._solve(theta) for theta in known]
+        for theta, answer in zip(known, answers, strict=True):
+            if not isinstance(answer, SolveFailed):
+                self._write(theta, answer)
+
+    def _solve(self, theta: NDArray) -> NDArray | SolveFailed:
+        try:
+            return self.problem.residuals(theta[None])[0]
+        except SolveFailed as error:
+            return error
+
+    def _write(self, theta: NDArray, answer: NDArray | SolveFailed) -> None:
+        if theta.tobytes() in self._places:
+            return
+        self._places[theta.tobytes()] = len(self._theta)
+        self._theta.append(theta)
+        if isinstance(answer, SolveFailed) or not np.all(np.isfinite(answer)):
+            self._error = answer if isinstance(answer, SolveFailed) else None
+            self._residuals.append(None)
+        else:
+            self._residuals.append(answer)
