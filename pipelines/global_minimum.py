@@ -36,7 +36,7 @@ TIGHT = {"ftol": 1e-15, "xtol": 1e-15, "gtol": 1e-15}
 
 
 @cache
-def subject() -> tuple[Advection, LeastSquares]:
+def subject() -> tuple[Any, LeastSquares]:
     """The model and the estimator, one of each in a process: its memo is put to the test too."""
     return Advection(), LeastSquares()
 

@@ -28,9 +28,9 @@ from fieldrl.estimator.levenberg_marquardt import (
 
 _SAME = 1e-5  # minima closer than this in every scaled unknown are one
 _PROMISING = 4.0  # a known minimum is a start when its loss is below this times the best
-_DETERMINED = 0.2  # a minimum known to this part of a grid cell has no twin closer than the grid sees
-_FEW = 6  # with fewer samples a fold's lowest grid points are starts, local minima or not
-_MORE = 4  # so many times the starts
+_DETERMINED = 0.07  # a minimum known to this part of a grid cell has no twin closer than the grid sees
+_FEW = 6  # with fewer samples a fold's lowest grid points are starts, local minima or not,
+_MORE = 4  # and so many times the starts are made, for every fold
 _NEAR, _FAR = 1e-6, 1e-3  # first damping from a known minimum, from a grid point
 
 
@@ -101,6 +101,8 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     n, p, few = samples[1].size, grid.shape[1], samples[1].size < _FEW
     refresh(model, theta, samples, memo)
     squared, total, largest = memo[1], memo[2][n - 1], memo[3][n - 1]
+    if few:
+        starts *= _MORE
     lowest = np.empty(starts, dtype=np.int64)
     found = lowest_minima(_grid_losses(total, grid, n, tikhonov), neighbours, lowest)
     minima, work = _minima(starts, n, p), workspace(n, p)
@@ -110,8 +112,8 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     u[0], residuals[0] = minima[0][best], minima[1][best]
     _add_second_derivatives(model, samples, weights[0], tikhonov, minima, count, loss[0], work)
     open_cells = _open_cells(total, largest, lowest[:found])
-    own = np.empty(_MORE * starts if few else starts, dtype=np.int64)
-    scratch = np.empty(p), np.empty(n), np.empty((n, p))
+    own = np.empty(starts, dtype=np.int64)
+    scratch = np.empty(p), np.empty(n), np.empty((n, p)), np.empty((2, p)), np.empty(p)
     for fold in range(1, n + 1):
         extra = _own_minima(total, squared[fold - 1], few, open_cells, lowest[:found], neighbours, own)
         loss[fold], used = _fold_fit(
@@ -136,13 +138,13 @@ def _grid_losses(total, grid, n, tikhonov):
 @njit(cache=True, error_model="numpy")
 def _minima(starts, n, p):
     """Room for distinct minima: u, residuals and their first and second derivatives."""
-    room = starts + 2 * p
+    room = starts + 2
     return np.empty((room, p)), np.empty((room, n)), np.empty((room, n, p)), np.zeros((room, n, p, p))
 
 
 @njit(cache=True, error_model="numpy")
 def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, stop, work):
-    """Descend from the chosen grid points, and beside the best minimum where it is poorly determined;
+    """Descend from the chosen grid points, and beside the best minimum if that is poorly determined;
     keep the distinct minima with their residuals and Jacobians.
 
     Returns:
@@ -150,15 +152,15 @@ def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, sto
     """
     places, residuals, jacobians, _ = minima
     p, count, best, least, evaluations = grid.shape[1], 0, 0, np.inf, 0
-    beside, width = np.empty((2 * p, p)), 0.0
-    for start in range(len(lowest) + 2 * p):
+    beside, weakest, width = np.empty((2, p)), np.empty(p), 0.0
+    for start in range(len(lowest) + 2):
         if start < len(lowest):
             places[count] = grid[lowest[start]]
         elif width < _DETERMINED * cell:
             break
         else:
             if start == len(lowest):
-                _shift(places[best], cell, beside)
+                _shift(places[best], weakest, cell, beside)
             places[count] = beside[start - len(lowest)]
         reached, used = minimise(
             model, samples, weights, tikhonov, places[count], residuals[count], jacobians[count],
@@ -167,7 +169,7 @@ def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, sto
         evaluations += used
         if _is_new(places, count):
             if reached < least:
-                least, best, width = reached, count, spread(reached, samples[1].size, work)
+                least, best, width = reached, count, spread(reached, samples[1].size, work, weakest)
             count += 1
     return least, best, count, evaluations
 
@@ -185,11 +187,15 @@ def _add_second_derivatives(model, samples, weights, tikhonov, minima, count, le
 
 
 @njit(cache=True, error_model="numpy")
-def _shift(u, cell, beside):
-    """Points one grid cell beside u along each axis, within the box, written in place, (2p, p)."""
-    for k in range(len(beside)):
-        beside[k] = u
-        beside[k, k // 2] = min(1.0, max(-1.0, u[k // 2] + (cell if k % 2 else -cell)))
+def _shift(u, weakest, cell, beside):
+    """Points one grid cell either way from u along its least determined direction, in the box, (2, p)."""
+    longest = 0.0
+    for k in range(u.size):
+        longest = max(longest, abs(weakest[k]))
+    for k in range(u.size):
+        move = cell * weakest[k] / longest
+        beside[0, k] = min(1.0, max(-1.0, u[k] - move))
+        beside[1, k] = min(1.0, max(-1.0, u[k] + move))
 
 
 @njit(cache=True, error_model="numpy")
@@ -239,14 +245,14 @@ def _fold_fit(
 ):
     """One fold from the full fit's minima, from its own grid minima, and beside the best of these where
     it is poorly determined. Returns its loss and the evaluations."""
-    trial, trial_residuals, trial_jacobian = scratch
+    trial, trial_residuals, trial_jacobian, beside, weakest = scratch
     places, kept, jacobians, second = minima
-    chosen, p = known + len(own), u.size
+    chosen = known + len(own)
     outlook, least, evaluations, width = np.empty(known), np.inf, 0, 0.0
     for m in range(known):
         outlook[m] = loss_of(kept[m], weights, places[m], tikhonov)
-    bar, beside = _PROMISING * outlook.min(), np.empty((2 * p, p))
-    for start in range(chosen + 2 * p):
+    bar = _PROMISING * outlook.min()
+    for start in range(chosen + 2):
         if start < known:
             if outlook[start] > bar:
                 continue
@@ -262,7 +268,7 @@ def _fold_fit(
                 break
             else:
                 if start == chosen:
-                    _shift(u, cell, beside)
+                    _shift(u, weakest, cell, beside)
                 trial[:] = beside[start - chosen]
             reached, used = minimise(
                 model, samples, weights, tikhonov, trial, trial_residuals, trial_jacobian,
@@ -270,6 +276,6 @@ def _fold_fit(
             )  # fmt: skip
         evaluations += used
         if reached < least:
-            least, width = reached, spread(reached, residuals.size - 1, work)
+            least, width = reached, spread(reached, residuals.size - 1, work, weakest)
             u[:], residuals[:] = trial, trial_residuals
     return least, evaluations

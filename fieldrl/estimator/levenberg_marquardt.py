@@ -283,18 +283,18 @@ def _advance(u, step, trial):
 
 
 @njit(cache=True, error_model="numpy")
-def spread(loss, n, work):
-    """Largest standard deviation of a scaled unknown where the last descent ended.
-
-    Takes the loss for the variance of a sample, as if the descent had fitted n of them.
-    """
+def spread(loss, n, work, weakest):
+    """Largest standard deviation of a scaled unknown where the last descent ended, n samples having the
+    loss for variance; the direction of least certainty, of any length, goes into ``weakest`` (p,)."""
     (_, _, gradient, step, metric), _, (matrix, factor), _, _, free = _unpack(work)
     free[:] = True
     largest = 0.0
     for k in range(step.size):
-        gradient[:] = 0.0
-        gradient[k] = -1.0
+        gradient[:], gradient[k] = 0.0, -1.0
         if not _solve(matrix, metric, gradient, free, 0.0, factor, step):
+            weakest[:] = 1.0
             return np.inf
-        largest = max(largest, step[k])
+        if step[k] > largest:
+            largest = step[k]
+            weakest[:] = step
     return math.sqrt(loss / max(n, 1) * largest)
