@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.estimator.coarse_search import axis_neighbours, box_grid
 from fieldrl.estimator.global_fit import global_fit, global_fits, local_fits
+from fieldrl.estimator.multi_start import MultiStart
 from fieldrl.estimator.problem import Compiled, Fit, FitProblem, ForwardModel
 
 
@@ -68,16 +69,16 @@ class LeastSquares:
         checks.positive("tolerance", self.tolerance)
 
     def fit(self, problem: FitProblem) -> Fit:
-        """Minimisers of every fold; raises TypeError for a model without compiled derivatives."""
-        samples, weights = problem.samples, problem.weights
+        """Minimisers of every fold; raises SolveFailed where every solve of a model by differences fails."""
         search = self._search(problem.model)
+        if search is None:
+            return MultiStart(starts=self.starts, tikhonov=self.tikhonov).fit(problem)
+        samples, weights = problem.samples, problem.weights
         folds, n = weights.shape
         u, loss, residuals = np.empty((folds, search.grid.shape[1])), np.empty(folds), np.empty((folds, n))
         what = search.model, (samples.positions, samples.times, samples.values), self.tikhonov, weights
-        grid, stop = (
-            (search.grid, search.theta, search.neighbours, search.cell),
-            (self.iterations, self.tolerance),
-        )
+        grid = search.grid, search.theta, search.neighbours, search.cell
+        stop = self.iterations, self.tolerance
         if self.starts == 1:
             evaluations = local_fits(*what, stop, u, loss, residuals)
         elif folds == 1:
@@ -88,18 +89,18 @@ class LeastSquares:
         _, _, centre, scale = search.model
         return Fit(centre + scale * u, loss, residuals, evaluations, problem.known)
 
-    def _search(self, model: ForwardModel) -> _Search:
-        """The coarse grid of a model, kept from call to call."""
+    def _search(self, model: ForwardModel) -> _Search | None:
+        """The coarse grid of a compiled model, kept from call to call; None for another model."""
         known = self._searches.get(id(model))
         if known is None or known[0] is not model:
             self._searches.clear()
             known = self._searches[id(model)] = (model, self._new_search(model))
         return known[1]
 
-    def _new_search(self, model: ForwardModel) -> _Search:
+    def _new_search(self, model: ForwardModel) -> _Search | None:
         parameters = model.parameters
         if not isinstance(model, Compiled):
-            raise TypeError(f"{type(model).__name__} has no compiled derivatives")
+            return None
         grid = box_grid(self.grid, len(parameters))
         theta = np.ascontiguousarray(parameters.centre + parameters.half_width * grid)
         what = model.kernel, model.constants, parameters.centre, parameters.half_width

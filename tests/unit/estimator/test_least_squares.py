@@ -161,18 +161,15 @@ def test_one_start_descends_all_folds_from_the_centre_even_where_that_fails():
     assert failed > 0
 
 
-def test_a_model_without_compiled_derivatives_is_refused():
+def test_a_model_without_compiled_derivatives_is_fitted_by_differences():
     class Plain:
-        parameters = MODEL.parameters
+        parameters, predict, field = MODEL.parameters, staticmethod(MODEL.predict), staticmethod(MODEL.field)
 
-        def predict(self, theta, positions, times):
-            return np.zeros((len(theta), len(times)))
-
-        def field(self, theta, time, grid):
-            return np.zeros((grid.x.size, grid.y.size))
-
-    with pytest.raises(TypeError, match="Plain has no compiled derivatives"):
-        LeastSquares().fit(FitProblem(Plain(), noiseless(3)))
+    samples = noiseless(6)
+    fit = LeastSquares().fit(FitProblem(Plain(), samples))
+    compiled = LeastSquares().fit(FitProblem(MODEL, samples))
+    assert fit.theta[0] == pytest.approx(compiled.theta[0], abs=1e-2)
+    assert fit.course is not None
 
 
 @pytest.mark.parametrize(
