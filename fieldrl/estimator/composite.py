@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.estimator.designs import additive_recurrence, cover, normal_draws
 from fieldrl.estimator.improvement import basin_volume, descend, expected_improvement, improvement_bound
-from fieldrl.estimator.ledger import Ledger
+from fieldrl.estimator.ledger import Ledger, at_centre
 from fieldrl.estimator.problem import Fit, FitProblem
 from fieldrl.estimator.surrogate import Surrogate, condition, predict
 
@@ -41,7 +41,8 @@ class Composite:
         initial: solves before the surrogate is first asked, >= 2; those already known count.
         budget: at most so many new solves in a fit.
         tolerance: stop when fold 0 expects to gain less than this share of its loss.
-        fold_tolerance: the same for the folds that leave a sample out.
+        fold_tolerance: the same for each fold that leaves a sample out, as a share of its own or fold 0's loss,
+            whichever is greater.
         floor: a gain less than this is never worth a solve [field unit^2].
         share: start from the solves that earlier fits left in the problem.
         neighbours: the surrogate is conditioned on at most so many solves, the best and a few far ones.
@@ -53,8 +54,8 @@ class Composite:
     initial: int = 4
     budget: int = 60
     tolerance: float = 0.003
-    fold_tolerance: float = 0.01
-    floor: float = 1e-3
+    fold_tolerance: float = 0.02
+    floor: float = 2e-3
     share: bool = True
     neighbours: int = 60
     batch: int = 1
@@ -73,10 +74,12 @@ class Composite:
     def fit(self, problem: FitProblem) -> Fit:
         """Minimisers of every fold among the solves; raises SolveFailed where no solve succeeded."""
         problem = replace(problem, tikhonov=self.tikhonov)
+        if not len(problem.samples):
+            return at_centre(problem, self.share)
         ledger = Ledger(problem, self.share, self.workers)
         search = _Search(self, problem, ledger)
         search.begin()
-        while len(problem.samples) and ledger.evaluations < self.budget:
+        while ledger.evaluations < self.budget:
             proposals = search.propose(min(self.batch, self.budget - ledger.evaluations))
             if not proposals:
                 break
@@ -97,7 +100,7 @@ class _Search:
         """Solve the initial design, less what is known; its first point is theta0."""
         settings = self.settings
         design = additive_recurrence(settings.budget, self.p)
-        for u in design[: 1 if not len(self.problem.samples) else settings.budget]:
+        for u in design:
             if len(self.ledger.theta) >= settings.initial or self.ledger.evaluations >= settings.budget:
                 break
             self.ledger.ask(self._theta(u))
@@ -106,7 +109,7 @@ class _Search:
         """Where to solve next, at most ``count`` theta (p,); empty where nothing is worth a solve."""
         u, residuals, losses = self._known()
         best, values = losses.min(axis=0), self.problem.samples.values
-        tolerated = np.maximum(self._tolerances(len(best)) * best, self.settings.floor)
+        tolerated = self._tolerated(best)
         near = _neighbours(u, losses, self.settings.neighbours)
         u, outputs, losses = u[near], residuals[near] + values, losses[near]
         proposals: list[NDArray] = []
@@ -151,9 +154,10 @@ class _Search:
         """The likeliest place of a basin not yet seen; None where all such places together gain little.
 
         A point's expected gain says little about a basin much narrower than the distance between points, so
-        each point of the cover stands for as many basins as fit into its share of the box.
+        each point of the cover stands for as many basins as fit into its share of the box. (With no more samples
+        than unknowns there are valleys instead, which points do see.)
         """
-        if best < tolerated:
+        if best < tolerated or len(self.problem.samples) <= self.p:
             return None
         values, tau, box = self.problem.samples.values, self.settings.tikhonov, cover(_COVER, self.p)
         surrogate = condition(u, outputs, values, _MORE_CAUTION)
@@ -198,8 +202,11 @@ class _Search:
         theta, residuals = self.ledger.theta, self.ledger.residuals
         return (theta - self.centre) / self.scale, residuals, self.problem.losses(residuals, theta)
 
-    def _tolerances(self, folds: int) -> NDArray[np.float64]:
-        return np.array([self.settings.tolerance] + [self.settings.fold_tolerance] * (folds - 1))
+    def _tolerated(self, best: NDArray) -> NDArray[np.float64]:
+        """What each fold may be above its minimum; a fold that fits by chance is not held to its own loss."""
+        tolerated = self.settings.fold_tolerance * np.maximum(best, best[0])
+        tolerated[0] = self.settings.tolerance * best[0]
+        return np.maximum(tolerated, self.settings.floor)
 
     def _theta(self, u: NDArray) -> NDArray[np.float64]:
         return self.centre + self.scale * u

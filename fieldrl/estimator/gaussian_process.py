@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from fieldrl.core import checks
 from fieldrl.core.streams import stream
-from fieldrl.estimator.ledger import Ledger
+from fieldrl.estimator.ledger import Ledger, at_centre
 from fieldrl.estimator.problem import Fit, FitProblem, Optimisation
 
 SCALES = ("log", "linear")
@@ -69,6 +70,8 @@ class GaussianProcess:
     def fit(self, problem: FitProblem) -> Fit:
         """Minimisers of every fold among the solves; raises SolveFailed where no solve succeeded."""
         problem = replace(problem, tikhonov=self.tikhonov)
+        if not len(problem.samples):
+            return at_centre(problem, self.share)
         with _quiet():
             return self._together(problem) if self.share else self._apart(problem)
 
@@ -129,18 +132,18 @@ class _Optimisation:
         order = np.argsort(losses, kind="stable")[: self.settings.told]
         return [(theta[i], float(losses[i])) for i in np.sort(order)]
 
-    def _optimizer(self, initial: int):
+    def _optimizer(self, initial: int) -> Any:
         from skopt import Optimizer
         from skopt.space import Space
         from skopt.utils import cook_estimator, normalize_dimensions
 
         parameters, n = self.problem.model.parameters, len(self.problem.samples)
         bounds = list(zip(parameters.lower, parameters.upper, strict=True))
-        space = normalize_dimensions(Space(bounds).dimensions)
+        space: Any = normalize_dimensions(Space(bounds).dimensions)
         noise = "gaussian" if self.settings.noise is None else max(self.settings.noise, 1e-10)
         rng = stream(self.settings.seed, "gaussian process", n, self.fold, self.ledger.opening)
         seed = int(rng.integers(2**31 - 1))
-        estimator = cook_estimator("GP", space=space, random_state=seed, noise=noise)
+        estimator: Any = cook_estimator("GP", space=space, random_state=seed, noise=noise)
         return Optimizer(
             space,
             estimator,

@@ -44,21 +44,18 @@ class Ledger:
     @property
     def theta(self) -> NDArray[np.float64]:
         """What was solved without failing, (k, p)."""
-        p = len(self.problem.model.parameters)
-        return np.array([self._theta[i] for i in self._solved()]).reshape(-1, p)
+        return _rows([self._theta[i] for i in self._solved()], len(self.problem.model.parameters))
 
     @property
     def residuals(self) -> NDArray[np.float64]:
         """Prediction - value there, (k, n) [field unit]."""
-        n = len(self.problem.samples)
-        return np.array([self._residuals[i] for i in self._solved()]).reshape(-1, n)
+        return _rows([self._residuals[i] for i in self._solved()], len(self.problem.samples))
 
     @property
     def failed(self) -> NDArray[np.float64]:
         """Where the solve failed, (f, p)."""
-        p = len(self.problem.model.parameters)
         lost = [t for t, r in zip(self._theta, self._residuals, strict=True) if r is None]
-        return np.array(lost).reshape(-1, p)
+        return _rows(lost, len(self.problem.model.parameters))
 
     def ask(self, theta: NDArray) -> NDArray[np.float64] | None:
         """Residuals at theta (p,): (n,) [field unit], or None where the solve fails."""
@@ -91,8 +88,7 @@ class Ledger:
 
     def course(self) -> Optimisation:
         """The new solves in order, with the loss of fold 0."""
-        p = len(self.problem.model.parameters)
-        theta = np.array(self._theta[self.opening :]).reshape(-1, p)
+        theta = _rows(self._theta[self.opening :], len(self.problem.model.parameters))
         return Optimisation(theta, np.array([self._loss(i) for i in range(self.opening, len(self._theta))]))
 
     def _loss(self, i: int) -> float:
@@ -130,3 +126,15 @@ class Ledger:
             self._residuals.append(None)
         else:
             self._residuals.append(answer)
+
+
+def at_centre(problem: FitProblem, share: bool) -> Fit:
+    """The fit of no samples: theta0, solved."""
+    ledger = Ledger(problem, share)
+    ledger.ask(problem.model.parameters.centre)
+    return ledger.fit()
+
+
+def _rows(rows: list, width: int) -> NDArray[np.float64]:
+    """A list of vectors as an array, (k, width) even where it is empty."""
+    return np.array(rows, dtype=float).reshape(len(rows), width)

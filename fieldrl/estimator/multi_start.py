@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 
 from fieldrl.core import checks
 from fieldrl.estimator.designs import additive_recurrence
-from fieldrl.estimator.ledger import Ledger
+from fieldrl.estimator.ledger import Ledger, at_centre
 from fieldrl.estimator.problem import Fit, FitProblem
 
 _FAR = 1e3  # a failed solve counts as so many times the worst residual
@@ -53,6 +53,8 @@ class MultiStart:
     def fit(self, problem: FitProblem) -> Fit:
         """Minimisers of every fold among the solves; raises SolveFailed where no solve succeeded."""
         problem = replace(problem, tikhonov=self.tikhonov)
+        if not len(problem.samples):
+            return at_centre(problem, self.share)
         ledger = Ledger(problem, self.share)
         for u in additive_recurrence(self.starts, len(problem.model.parameters)):
             _Descent(self, problem, ledger, 0).run(np.array(u))
