@@ -11,6 +11,7 @@ a few solves once the right basin is found), points around the best solves, and 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +42,8 @@ class Composite:
         initial: solves before the surrogate is first asked, >= 2; those already known count.
         budget: at most so many new solves in a fit.
         tolerance: stop when fold 0 expects to gain less than this share of its loss.
-        fold_tolerance: the same for each fold that leaves a sample out, as a share of its own or fold 0's loss,
-            whichever is greater.
+        fold_tolerance: the same for each fold that leaves a sample out, as a share of the greater of its own
+            loss and fold 0's.
         floor: a gain less than this is never worth a solve [field unit^2].
         share: start from the solves that earlier fits left in the problem.
         neighbours: the surrogate is conditioned on at most so many solves, the best and a few far ones.
@@ -87,6 +88,20 @@ class Composite:
         return ledger.fit()
 
 
+class _Solves(NamedTuple):
+    """k solves: scaled unknowns (k, p), predictions (k, n) [field unit], losses (k, folds) [field unit^2]."""
+
+    u: NDArray[np.float64]
+    outputs: NDArray[np.float64]
+    losses: NDArray[np.float64]
+
+    def at(self, places: NDArray) -> _Solves:
+        return _Solves(*(rows[places] for rows in self))
+
+    def and_more(self, more: _Solves) -> _Solves:
+        return _Solves(*(np.vstack(rows) for rows in zip(self, more, strict=True)))
+
+
 class _Search:
     """The proposals of one fit."""
 
@@ -107,77 +122,82 @@ class _Search:
 
     def propose(self, count: int) -> list[NDArray[np.float64]]:
         """Where to solve next, at most ``count`` theta (p,); empty where nothing is worth a solve."""
-        u, residuals, losses = self._known()
-        best, values = losses.min(axis=0), self.problem.samples.values
-        tolerated = self._tolerated(best)
-        near = _neighbours(u, losses, self.settings.neighbours)
-        u, outputs, losses = u[near], residuals[near] + values, losses[near]
-        proposals: list[NDArray] = []
+        known = self._known()
+        best = known.losses.min(axis=0)
+        tolerated, near = self._tolerated(best), _neighbours(known, self.settings.neighbours)
+        solves, proposals = known.at(near), []
         while len(proposals) < count:
-            found = self._most_worthwhile(u, outputs, losses, best, tolerated)
+            found = self._most_worthwhile(solves, best, tolerated)
             if found is None:
-                found = self._unexplored(u, outputs, losses, best[0], tolerated[0])
+                found = self._unexplored(solves, best[0], tolerated[0])
             if found is None:
                 break
+            overlooked = _overlooked(known.u, near, found)
+            if overlooked.size:
+                near, solves = np.append(near, overlooked), solves.and_more(known.at(overlooked))
+                continue
             proposals.append(self._theta(found))
             if len(proposals) < count:
-                u, outputs, losses = self._believe(u, outputs, losses, found)
+                solves = solves.and_more(self._believed(solves, found))
         return proposals
 
-    def _believe(self, u: NDArray, outputs: NDArray, losses: NDArray, found: NDArray) -> tuple[NDArray, ...]:
-        """The solves, and one at ``found`` that met the surrogate's mean."""
+    def _believed(self, solves: _Solves, found: NDArray) -> _Solves:
+        """A solve at ``found`` that met the surrogate's mean."""
         values = self.problem.samples.values
-        believed, _ = predict(condition(u, outputs, values, _CAUTION), found[None])
-        more = self.problem.losses(believed - values, self._theta(found)[None])
-        return np.vstack([u, found]), np.vstack([outputs, believed]), np.vstack([losses, more])
+        outputs, _ = predict(condition(solves.u, solves.outputs, values, _CAUTION), found[None])
+        losses = self.problem.losses(outputs - values, self._theta(found)[None])
+        return _Solves(found[None], outputs, losses)
 
-    def _most_worthwhile(self, u, outputs, losses, best, tolerated) -> NDArray[np.float64] | None:
+    def _most_worthwhile(
+        self, solves: _Solves, best: NDArray, tolerated: NDArray
+    ) -> NDArray[np.float64] | None:
         """The candidate with the greatest gain in units of what is tolerated, refined; None below 1."""
-        values = self.problem.samples.values
-        surrogate, draws = condition(u, outputs, values, _CAUTION), normal_draws(_DRAWS, len(values))
+        values, draws = self.problem.samples.values, normal_draws(_DRAWS, len(self.problem.samples))
+        surrogate = condition(solves.u, solves.outputs, values, _CAUTION)
 
         def worth(candidates: NDArray) -> tuple[NDArray, float]:
-            candidates = candidates[self._is_new(candidates, u)]
+            candidates = candidates[self._is_new(candidates, solves.u)]
             if not len(candidates):
                 return candidates, 0.0
             gains = expected_improvement(surrogate, candidates, values, self.settings.tikhonov, best, draws)
             most = np.max(gains / tolerated, axis=1)
             return candidates[np.argmax(most)], float(most.max())
 
-        found, most = worth(self._candidates(surrogate, u, losses))
+        found, most = worth(self._candidates(surrogate, solves))
         for radius in _REFINED:
             if most > 0.0:
                 found, most = worth(np.concatenate([found[None], self._around(found, radius)]))
         return found if most > 1.0 else None
 
-    def _unexplored(self, u, outputs, losses, best: float, tolerated: float) -> NDArray[np.float64] | None:
+    def _unexplored(self, solves: _Solves, best: float, tolerated: float) -> NDArray[np.float64] | None:
         """The likeliest place of a basin not yet seen; None where all such places together gain little.
 
         A point's expected gain says little about a basin much narrower than the distance between points, so
-        each point of the cover stands for as many basins as fit into its share of the box. (With no more samples
-        than unknowns there are valleys instead, which points do see.)
+        each point of the cover stands for as many basins as fit into its share of the box. (With no more
+        samples than unknowns there are valleys instead, which points do see.)
         """
         if best < tolerated or len(self.problem.samples) <= self.p:
             return None
         values, tau, box = self.problem.samples.values, self.settings.tikhonov, cover(_COVER, self.p)
-        surrogate = condition(u, outputs, values, _MORE_CAUTION)
+        surrogate = condition(solves.u, solves.outputs, values, _MORE_CAUTION)
         bound = improvement_bound(surrogate, box, values, tau, (1.0 - _MARGIN) * best)
-        bound[~self._is_new(box, u)] = 0.0
-        narrow = basin_volume(surrogate, u[np.argmin(losses[:, 0])], tau, best)
+        bound[~self._is_new(box, solves.u)] = 0.0
+        narrow = basin_volume(surrogate, solves.u[np.argmin(solves.losses[:, 0])], tau, best)
         basins = max(2.0**self.p / len(box) / narrow, 1.0)
         return box[np.argmax(bound)] if basins * bound.sum() > tolerated else None
 
-    def _candidates(self, surrogate: Surrogate, u: NDArray, losses: NDArray) -> NDArray[np.float64]:
+    def _candidates(self, surrogate: Surrogate, solves: _Solves) -> NDArray[np.float64]:
         """Minimisers of the surrogate, the neighbourhoods of the best solves, and the cover, (m, p)."""
-        box = cover(_COVER, self.p)
+        (u, _, losses), box = solves, cover(_COVER, self.p)
         order = np.argsort(losses[:, 0], kind="stable")
         incumbents = np.unique(np.concatenate([np.argmin(losses, axis=0), order[:3]]))
         around = [self._around(u[i], radius) for i in incumbents for radius in _RADII]
-        return np.concatenate([self._minimisers(surrogate, u, losses, order), *around, box])
+        return np.concatenate([self._minimisers(surrogate, solves, order), *around, box])
 
-    def _minimisers(self, surrogate, u, losses, order) -> NDArray[np.float64]:
+    def _minimisers(self, surrogate: Surrogate, solves: _Solves, order: NDArray) -> NDArray[np.float64]:
         """Where descents on the surrogate end: fold 0 from several starts, the others from their best."""
         values, tau, box = self.problem.samples.values, self.settings.tikhonov, cover(_COVER, self.p)
+        u, losses = solves.u, solves.losses
         expected = np.sum((predict(surrogate, box)[0] - values) ** 2, axis=1)
         starts = [(0, u[i]) for i in order[:_STARTS]]
         starts += [(0, box[i]) for i in np.argsort(expected, kind="stable")[:_STARTS]]
@@ -197,10 +217,11 @@ class _Search:
     def _around(self, u: NDArray, radius: float) -> NDArray[np.float64]:
         return np.clip(u + radius * cover(_AROUND, self.p), -1.0, 1.0)
 
-    def _known(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Scaled unknowns (k, p), residuals (k, n) and losses (k, folds) of all solves."""
+    def _known(self) -> _Solves:
+        """All solves that did not fail."""
         theta, residuals = self.ledger.theta, self.ledger.residuals
-        return (theta - self.centre) / self.scale, residuals, self.problem.losses(residuals, theta)
+        outputs, losses = residuals + self.problem.samples.values, self.problem.losses(residuals, theta)
+        return _Solves((theta - self.centre) / self.scale, outputs, losses)
 
     def _tolerated(self, best: NDArray) -> NDArray[np.float64]:
         """What each fold may be above its minimum; a fold that fits by chance is not held to its own loss."""
@@ -212,11 +233,12 @@ class _Search:
         return self.centre + self.scale * u
 
 
-def _neighbours(u: NDArray, losses: NDArray, limit: int) -> NDArray[np.int64]:
+def _neighbours(known: _Solves, limit: int) -> NDArray[np.int64]:
     """At most ``limit`` places: two thirds the best of every fold by turns, then the farthest from those."""
+    u = known.u
     if len(u) <= limit:
         return np.arange(len(u))
-    ranks = np.argsort(losses, axis=0, kind="stable").ravel()
+    ranks = np.argsort(known.losses, axis=0, kind="stable").ravel()
     _, first = np.unique(ranks, return_index=True)
     chosen = list(ranks[np.sort(first)][: 2 * limit // 3])
     distance = np.min(np.sum((u[:, None] - u[chosen]) ** 2, axis=2), axis=1)
@@ -224,3 +246,10 @@ def _neighbours(u: NDArray, losses: NDArray, limit: int) -> NDArray[np.int64]:
         chosen.append(int(np.argmax(distance)))
         distance = np.minimum(distance, np.sum((u - u[chosen[-1]]) ** 2, axis=1))
     return np.sort(np.array(chosen))
+
+
+def _overlooked(u: NDArray, near: NDArray, found: NDArray) -> NDArray[np.int64]:
+    """Known solves (at most four) closer to ``found`` than any that the surrogate was conditioned on."""
+    distance = np.max(np.abs(u - found), axis=1)
+    closer = np.flatnonzero(distance < distance[near].min())
+    return closer[np.argsort(distance[closer], kind="stable")][:4]

@@ -57,9 +57,9 @@ class MultiStart:
             return at_centre(problem, self.share)
         ledger = Ledger(problem, self.share)
         for u in additive_recurrence(self.starts, len(problem.model.parameters)):
-            _Descent(self, problem, ledger, 0).run(np.array(u))
+            Descent(self, problem, ledger, 0).run(np.array(u))
         for fold in range(1, problem.folds):
-            descent = _Descent(self, problem, ledger, fold)
+            descent = Descent(self, problem, ledger, fold)
             descent.run(descent.best())
         return ledger.fit()
 
@@ -73,7 +73,7 @@ class _Spent(Exception):
     """The budget of a descent is used up."""
 
 
-class _Descent:
+class Descent:
     """One descent of one fold."""
 
     def __init__(self, settings: MultiStart, problem: FitProblem, ledger: Ledger, fold: int) -> None:

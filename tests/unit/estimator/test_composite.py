@@ -10,7 +10,7 @@ from stand_ins import TRUE, Waves, problem, samples
 from threadpoolctl import threadpool_limits
 
 from fieldrl.core.checks import InvalidValue, SolveFailed
-from fieldrl.estimator.composite import Composite, _neighbours
+from fieldrl.estimator.composite import Composite, _neighbours, _Solves
 from fieldrl.estimator.multi_start import MultiStart
 
 
@@ -104,7 +104,7 @@ def test_it_needs_fewer_solves_than_multi_start():
 def test_many_known_solves_are_cut_to_neighbours_that_hold_the_best_of_every_fold():
     rng = np.random.default_rng(0)
     u, losses = rng.uniform(-1, 1, (300, 2)), rng.uniform(0, 1, (300, 5))
-    near = _neighbours(u, losses, 40)
+    near = _neighbours(_Solves(u, np.empty((300, 4)), losses), 40)
     assert len(near) == len(set(near)) == 40
     assert set(np.argmin(losses, axis=0)) <= set(near)
 
@@ -112,6 +112,14 @@ def test_many_known_solves_are_cut_to_neighbours_that_hold_the_best_of_every_fol
 def test_many_known_solves_leave_the_minimum_where_it_is():
     known = np.random.default_rng(1).uniform(-1, 1, (200, 2))
     fit = Composite().fit(problem(known=known))
+    assert fit.loss[0] <= 1.01 * least_losses(problem())[0]
+
+
+def test_a_proposal_beside_a_solve_that_the_surrogate_left_out_takes_that_solve_in_instead():
+    known = np.random.default_rng(2).uniform(-1, 1, (150, 2))
+    fit = Composite(neighbours=10).fit(problem(known=known))
+    new = fit.known[len(known) :]
+    assert np.min(np.abs(new[:, None] - known).max(axis=2), initial=1.0) > 1e-6
     assert fit.loss[0] <= 1.01 * least_losses(problem())[0]
 
 

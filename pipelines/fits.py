@@ -1,0 +1,221 @@
+"""How many solves a fit takes: every estimator for dear models on the same random fit problems.
+
+    python -m pipelines.fits                            50 problems of the experiment, all methods
+    python -m pipelines.fits --problems 4 --side 21 --cells 64 32    seconds to minutes, for CI
+    python -m pipelines.fits --spread                   the truth drawn at random too, all over the bounds
+
+A problem is a random walk of the vehicle in the double gyre with ten samples, sigma = 1, the truth on a finer
+grid. A method has succeeded at the first solve whose loss is within 1 % of e_f of the best known minimum: the
+least that any method, or a dense search polished by least squares, has found. BoTorch is compared where it is
+installed (it is no dependency). Writes outputs/fits.json (or fits_spread.json) and a figure beside it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from fieldrl.core.samples import Samples
+from fieldrl.core.streams import stream
+from fieldrl.estimator.composite import Composite
+from fieldrl.estimator.gaussian_process import GaussianProcess
+from fieldrl.estimator.ledger import Ledger
+from fieldrl.estimator.multi_start import Descent, MultiStart
+from fieldrl.estimator.problem import Fit, FitProblem
+from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+from fieldrl.vehicle.unicycle import Unicycle
+from pipelines import botorch_fit, report
+from pipelines.performance_profile import draw
+
+SAMPLES, WITHIN = 10, 0.01
+Method = Callable[[FitProblem, int], Fit]
+
+
+@dataclass(frozen=True)
+class RandomSearch:
+    """Solves drawn uniformly within the bounds: what every method must beat."""
+
+    budget: int
+
+    def fit(self, problem: FitProblem, number: int) -> Fit:
+        """The best of ``budget`` draws."""
+        parameters, ledger = problem.model.parameters, Ledger(problem)
+        rng = stream(number, "random search")
+        ledger.ask_all(list(rng.uniform(parameters.lower, parameters.upper, (self.budget, len(parameters)))))
+        return ledger.fit()
+
+
+def methods() -> dict[str, Method]:
+    """Every method by its name in the table."""
+    estimators: dict[str, Any] = {
+        "composite": Composite(tolerance=1e-3),
+        "gaussian_process, log": GaussianProcess(budget=60),
+        "gaussian_process, linear": GaussianProcess(scale="linear", budget=60),
+        "multi-start least squares": MultiStart(starts=20),
+    }
+    named: dict[str, Method] = {name: partial(_without_number, one) for name, one in estimators.items()}
+    named["random search"] = RandomSearch(150).fit
+    if botorch_fit.reason() is None:
+        for initial in (10, 5):
+            named[f"BoTorch composite EI, {initial} initial"] = partial(
+                botorch_fit.fit, initial=initial, budget=45
+            )
+    return named
+
+
+def _without_number(estimator: Any, problem: FitProblem, number: int) -> Fit:
+    return estimator.fit(problem)
+
+
+def random_problem(number: int, cells: tuple[int, int], spread: bool) -> FitProblem:
+    """Ten samples of a random walk; with ``spread`` the truth lies anywhere in the inner nine tenths."""
+    rng, water, vehicle = stream(number, "fits"), _water(tuple(cells)), Unicycle(start=(60.0, 40.0))
+    theta, parameters = np.array(water.true), water.parameters
+    if spread:
+        theta = parameters.centre + parameters.half_width * rng.uniform(-0.9, 0.9, len(parameters))
+    truth, state, samples = water.truth(), vehicle.initial(), Samples.none()
+    for step in range(SAMPLES):
+        action = int(rng.integers(len(vehicle.actions)))
+        state = vehicle.step(state, action, float(step), water.flow, theta, water.domain)
+        samples = samples.append(state[:2], step + 1.0, 0.0)
+    exact = truth.predict(theta[None], samples.positions, samples.times)[0]
+    values = exact + rng.standard_normal(SAMPLES)
+    return FitProblem(water, replace(samples, values=values), leave_one_out=False)
+
+
+_waters: dict[tuple[int, ...], AdvectionDiffusion] = {}
+
+
+def _water(cells: tuple[int, ...]) -> AdvectionDiffusion:
+    """One model in a process, so that its solves are kept."""
+    return _waters.setdefault(cells, AdvectionDiffusion(cells=cells))
+
+
+def dense_losses(problems: list[FitProblem], theta: NDArray, jobs: int) -> NDArray[np.float64]:
+    """Loss of every problem at every theta (m, 2): (problems, m); one solve serves all problems."""
+    positions = np.concatenate([problem.samples.positions for problem in problems])
+    times = np.concatenate([problem.samples.times for problem in problems])
+    cells = tuple(problems[0].model.cells)  # pyright: ignore[reportAttributeAccessIssue]
+    solve = delayed(_predict)
+    predicted = np.array(Parallel(jobs)(solve(cells, one, positions, times) for one in theta))
+    predicted = predicted.reshape(len(theta), len(problems), SAMPLES)
+    pairs = zip(problems, np.moveaxis(predicted, 1, 0), strict=True)
+    return np.array([p.losses(y - p.samples.values, theta)[:, 0] for p, y in pairs])
+
+
+def _predict(cells: tuple[int, ...], theta: NDArray, positions: NDArray, times: NDArray) -> NDArray:
+    with threadpool_limits(1):
+        return _water(cells).predict(theta[None], positions, times)[0]
+
+
+def study(number: int, cells: tuple[int, int], spread: bool, starts: NDArray) -> dict[str, Any]:
+    """One problem by every method, and the least loss polished from ``starts`` (k, 2)."""
+    problem, courses = random_problem(number, cells, spread), {}
+    with threadpool_limits(1):
+        for name, fit in methods().items():
+            begin = time.perf_counter()
+            course = fit(problem, number).course
+            losses = [] if course is None else course.loss.tolist()
+            courses[name] = {"loss": losses, "seconds": time.perf_counter() - begin}
+        least = min(polish(problem, start) for start in starts)
+    best = min([least, *(np.nanmin(course["loss"]) for course in courses.values())])
+    return {"problem": number, "least": float(best), "courses": courses}
+
+
+def polish(problem: FitProblem, theta: NDArray) -> float:
+    """Least loss of a descent from theta (2,)."""
+    ledger, parameters = Ledger(problem), problem.model.parameters
+    descent = Descent(MultiStart(budget=90, tolerance=1e-8), problem, ledger, 0)
+    descent.run((theta - parameters.centre) / parameters.half_width)
+    return float(ledger.fit().loss[0])
+
+
+def solves_needed(study: dict[str, Any], name: str) -> float:
+    """Solves until within 1 % of the best known minimum; infinite where that never happened."""
+    losses = np.array(study["courses"][name]["loss"], dtype=float)
+    reached = np.flatnonzero(losses <= (1.0 + WITHIN) * study["least"])
+    return float(reached[0] + 1) if reached.size else float("inf")
+
+
+def summary(studies: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Successes, median and ninetieth percentile of solves, and seconds, of every method."""
+    table = {}
+    for name in studies[0]["courses"]:
+        needed = np.array([solves_needed(one, name) for one in studies])
+        seconds = [one["courses"][name]["seconds"] for one in studies]
+        table[name] = {
+            "successes": int(np.isfinite(needed).sum()),
+            "problems": len(studies),
+            "median": _percentile(needed, 50),
+            "ninetieth_percentile": _percentile(needed, 90),
+            "most": _percentile(needed, 100),
+            "solves_used": float(np.median([len(one["courses"][name]["loss"]) for one in studies])),
+            "seconds": float(np.median(seconds)),
+            "solves_needed": [x if np.isfinite(x) else None for x in needed.tolist()],
+        }
+    return table
+
+
+def _percentile(needed: NDArray, share: float) -> float | None:
+    value = float(np.percentile(needed, share, method="higher"))
+    return value if np.isfinite(value) else None
+
+
+def main() -> None:
+    """Everything, from the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--problems", type=int, default=50)
+    parser.add_argument("--jobs", type=int, default=-1)
+    parser.add_argument(
+        "--side", type=int, default=41, help="points of the dense search along each parameter"
+    )
+    parser.add_argument("--cells", type=int, nargs=2, default=(142, 71))
+    parser.add_argument("--spread", action="store_true", help="draw the truth at random")
+    options = parser.parse_args()
+    cells, name = tuple(options.cells), "fits_spread" if options.spread else "fits"
+    problems = [random_problem(number, cells, options.spread) for number in range(options.problems)]
+    parameters = problems[0].model.parameters
+    axes = [np.linspace(a, b, options.side) for a, b in zip(parameters.lower, parameters.upper, strict=True)]
+    theta = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(parameters))
+    order = np.argsort(dense_losses(problems, theta, options.jobs), axis=1)[:, :3]
+    jobs = (delayed(study)(n, cells, options.spread, theta[order[n]]) for n in range(options.problems))
+    studies: list[Any] = list(Parallel(options.jobs)(jobs))
+    tell(name, studies, {"cells": cells, "side": options.side})
+
+
+def tell(name: str, studies: list[dict[str, Any]], settings: dict[str, Any]) -> None:
+    """The table in the terminal, the JSON and the figure."""
+    table = summary(studies)
+    columns = ("method", "within 1 %", "median solves", "90 %", "most", "solves used", "seconds")
+    keys = ("median", "ninetieth_percentile", "most", "solves_used", "seconds")
+    rows = [
+        (method, f"{row['successes']} of {row['problems']}", *(_cell(row[key]) for key in keys))
+        for method, row in table.items()
+    ]
+    report.show("Solves until within 1 % of the best known minimum", columns, rows)
+    skipped = botorch_fit.reason()
+    if skipped:
+        print(f"BoTorch left out: {skipped}")
+    least = [one["least"] for one in studies]
+    content = {"settings": settings, "botorch": skipped or "compared", "methods": table, "least": least}
+    report.write(name, content)
+    draw({method: row["solves_needed"] for method, row in table.items()}, report.OUTPUTS / f"{name}.png")
+
+
+def _cell(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+if __name__ == "__main__":
+    main()
