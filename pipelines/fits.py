@@ -57,10 +57,10 @@ class RandomSearch:
 def methods() -> dict[str, Method]:
     """Every method by its name in the table."""
     estimators: dict[str, Any] = {
-        "composite": Composite(tolerance=1e-3),
-        "gaussian_process, log": GaussianProcess(budget=60),
-        "gaussian_process, linear": GaussianProcess(scale="linear", budget=60),
-        "multi-start least squares": MultiStart(starts=20),
+        "composite": Composite(tolerance=1e-3, floor=0.01),
+        "gaussian_process, log": GaussianProcess(budget=45),
+        "gaussian_process, linear": GaussianProcess(scale="linear", budget=45),
+        "multi-start least squares": MultiStart(starts=12),
     }
     named: dict[str, Method] = {name: partial(_without_number, one) for name, one in estimators.items()}
     named["random search"] = RandomSearch(150).fit
@@ -119,7 +119,7 @@ def _predict(cells: tuple[int, ...], theta: NDArray, positions: NDArray, times: 
 
 def study(number: int, cells: tuple[int, int], spread: bool, starts: NDArray) -> dict[str, Any]:
     """One problem by every method, and the least loss polished from ``starts`` (k, 2)."""
-    problem, courses = random_problem(number, cells, spread), {}
+    problem, courses = random_problem(number, tuple(cells), spread), {}
     with threadpool_limits(1):
         for name, fit in methods().items():
             begin = time.perf_counter()

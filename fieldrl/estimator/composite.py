@@ -44,7 +44,8 @@ class Composite:
         tolerance: stop when fold 0 expects to gain less than this share of its loss.
         fold_tolerance: the same for each fold that leaves a sample out, as a share of the greater of its own
             loss and fold 0's.
-        floor: a gain less than this is never worth a solve [field unit^2].
+        floor: a gain in the sum of squared residuals less than this is never worth a solve: a small share
+            of the variance of a sample's noise [field unit^2].
         share: start from the solves that earlier fits left in the problem.
         neighbours: the surrogate is conditioned on at most so many solves, the best and a few far ones.
         batch: solves proposed at a time, each as if the others had met the surrogate's mean.
@@ -54,9 +55,9 @@ class Composite:
 
     initial: int = 4
     budget: int = 60
-    tolerance: float = 0.003
-    fold_tolerance: float = 0.02
-    floor: float = 2e-3
+    tolerance: float = 0.005
+    fold_tolerance: float = 0.05
+    floor: float = 0.1
     share: bool = True
     neighbours: int = 60
     batch: int = 1
@@ -227,7 +228,7 @@ class _Search:
         """What each fold may be above its minimum; a fold that fits by chance is not held to its own loss."""
         tolerated = self.settings.fold_tolerance * np.maximum(best, best[0])
         tolerated[0] = self.settings.tolerance * best[0]
-        return np.maximum(tolerated, self.settings.floor)
+        return np.maximum(tolerated, self.settings.floor / len(self.problem.samples))
 
     def _theta(self, u: NDArray) -> NDArray[np.float64]:
         return self.centre + self.scale * u
