@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     Tracker = Publication | Untracked
 
 
+_WARM_STEPS = 3  # enough to enter every compiled loop
+
+
 @dataclass(frozen=True)
 class Replicate:
     """The work of one replicate, as it is sent to a worker.
@@ -159,7 +162,8 @@ def _warm(mission: Mission) -> None:
     from fieldrl.mission import run_replicate
 
     with console.compiling():
-        run_replicate(replace(mission, episodes=1, evaluation_episodes=1), 0, 0)
+        steps = min(mission.steps, _WARM_STEPS)
+        run_replicate(replace(mission, episodes=1, steps=steps, evaluation_episodes=1), 0, 0)
 
 
 def _reuse(job: Job, summary: dict[str, Any]) -> dict[str, Any]:

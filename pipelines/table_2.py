@@ -1,0 +1,137 @@
+"""Table 2: the learned parameters of the double gyre, with their spread, and what they cost.
+
+python -m pipelines.table_2              20 replicates, and two steps of the literal method
+python -m pipelines.table_2 small        seconds, for CI
+
+The paper optimises every fold of every step on its own. That takes hours, so whole steps of it are measured
+and scaled: an episode has n + 1 optimisations after its n-th sample, each of the same budget.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from threadpoolctl import threadpool_limits
+
+from fieldrl.app.compose import composed, recorded
+from fieldrl.app.setup import mission
+from fieldrl.core.samples import Samples
+from fieldrl.estimator.gaussian_process import GaussianProcess
+from fieldrl.estimator.problem import FitProblem
+from fieldrl.mission import Mission, run_replicate
+from pipelines import report
+
+PAPER = {"mu": 0.2481, "omega": 0.6344}
+_STEP = 1e-3  # of the differences for the Cramer-Rao bound, in half-widths of the bounds
+
+
+def errors_of(record: xr.Dataset) -> dict[str, np.ndarray]:
+    """Absolute errors of the best episode and of the pooled estimate, (replicates, p) each."""
+    true = record["true"].values
+    best = [
+        record["theta"].isel(replicate=i, episode=int(record["best_episode"][i]), step=-1).values
+        for i in range(record.sizes["replicate"])
+    ]
+    return {"best": np.abs(np.array(best) - true), "pooled": np.abs(record["pooled"].values - true)}
+
+
+def cramer_rao(task: Mission, record: xr.Dataset, replicate: int, episodes: np.ndarray) -> np.ndarray:
+    """Least standard deviations of the parameters from the samples of some episodes, (p,)."""
+    run = record.isel(replicate=replicate, episode=episodes)
+    positions, times = run["position"].values.reshape(-1, 2), run["time"].values.ravel()
+    parameters, truth = task.water.parameters, task.water
+    theta, shift = np.array(parameters.true), _STEP * np.diag(parameters.half_width)
+    up, down = (truth.predict(theta + sign * shift, positions, times) for sign in (1, -1))
+    jacobian = (up - down).T / (2 * np.diag(shift))
+    information = jacobian.T @ jacobian / task.vehicle.sensor.noise**2
+    return np.sqrt(np.diag(np.linalg.inv(information)))
+
+
+def literal_seconds(task: Mission, record: xr.Dataset, steps: list[int]) -> tuple[float, float, float]:
+    """Seconds of one optimisation of the literal method, its share of solves, and those of a whole run."""
+    run = record.isel(replicate=0, episode=0)
+    estimator, seconds, count = GaussianProcess(share=False), 0.0, 0
+    for n in steps:
+        fresh = mission(composed(["experiment=double_gyre", "pde.solutions.memory=1"])).water
+        positions = run["measured_position"].values[:n]
+        samples = Samples.of(positions, run["time"].values[:n], run["value"].values[:n])
+        begin = time.perf_counter()
+        estimator.fit(FitProblem(fresh, samples, estimator.tikhonov))
+        seconds += time.perf_counter() - begin
+        count += n + 1
+    optimisations = task.episodes * sum(n + 1 for n in range(1, task.steps + 1))
+    return seconds / count, optimisations, seconds / count * optimisations
+
+
+def timed_replicate(task: Mission) -> tuple[float, int]:
+    """Seconds and solves of one whole replicate of ours, in this process."""
+    fresh = mission(composed(["experiment=double_gyre", "evaluation_episodes=0"]))
+    begin = time.perf_counter()
+    record = run_replicate(fresh, 0, 0)
+    return time.perf_counter() - begin, int(record["forward_solves"].sum())
+
+
+def main(scale: str = "full") -> dict[str, Any]:
+    """Run what is missing, print, write outputs/table_2.json; returns what was written."""
+    small = scale == "small"
+    overrides = ["replicates=2", "episodes=2", "steps=4"] if small else ["replicates=20"]
+    task = mission(composed(["experiment=double_gyre", *overrides]))
+    record, summary = recorded("double_gyre", overrides)
+    found, solves = errors_of(record), record["forward_solves"].sum("episode").values
+    names = [str(name) for name in record["parameter"].values]
+    bounds = {
+        "best": [
+            cramer_rao(task, record, i, record["best_episode"].values[i : i + 1]).tolist()
+            for i in range(record.sizes["replicate"])
+        ],
+        "pooled": [
+            cramer_rao(task, record, i, np.arange(task.episodes)).tolist()
+            for i in range(record.sizes["replicate"])
+        ],
+    }
+    rows = []
+    for kind, text in (("best", "best episode"), ("pooled", "all episodes' samples")):
+        for k, name in enumerate(names):
+            paper = f"{abs(PAPER[name] - record['true'].values[k]):.4f}" if kind == "best" else ""
+            bound = np.array(bounds[kind])[:, k]
+            rows.append(
+                (f"|error of {name}|, {text}", report.spread(found[kind][:, k]), report.spread(bound), paper)
+            )
+    rows.append(("solves of a replicate", report.spread(solves), "", ""))
+    title = (
+        f"Table 2, {record.sizes['replicate']} replicates of {task.episodes} episodes of {task.steps} steps"
+    )
+    report.show(title, ("", "median [quartiles]", "Cramer-Rao", "paper"), rows)
+    with threadpool_limits(1):
+        each, optimisations, whole = literal_seconds(task, record, [2] if small else [3, 7])
+        ours, used = timed_replicate(task)
+    report.show(
+        "One whole replicate, one process",
+        ("method", "solves", "seconds", "times as long"),
+        [
+            ("fieldrl, composite", used, f"{ours:.1f}", 1),
+            (
+                f"literal, {optimisations} optimisations of {each:.1f} s (whole steps measured, scaled)",
+                optimisations * GaussianProcess().budget, f"{whole:.0f}", f"{whole / ours:.0f}",
+            ),
+        ],
+    )  # fmt: skip
+    content = {
+        "scale": scale,
+        "key": summary["key"],
+        "errors": {kind: values.tolist() for kind, values in found.items()},
+        "cramer_rao": bounds,
+        "solves": solves.tolist(),
+        "literal": {"seconds_each": each, "optimisations": optimisations, "seconds": whole},
+        "ours": {"seconds": ours, "solves": used, "ratio": whole / ours},
+    }
+    report.write("table_2", content)
+    return content
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
