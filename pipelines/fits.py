@@ -54,7 +54,7 @@ class RandomSearch:
         return ledger.fit()
 
 
-def methods() -> dict[str, Method]:
+def methods(botorch: bool) -> dict[str, Method]:
     """Every method by its name in the table."""
     estimators: dict[str, Any] = {
         "composite": Composite(tolerance=1e-3, floor=0.01),
@@ -64,10 +64,10 @@ def methods() -> dict[str, Method]:
     }
     named: dict[str, Method] = {name: partial(_without_number, one) for name, one in estimators.items()}
     named["random search"] = RandomSearch(150).fit
-    if botorch_fit.reason() is None:
+    if botorch and botorch_fit.reason() is None:
         for initial in (10, 5):
             named[f"BoTorch composite EI, {initial} initial"] = partial(
-                botorch_fit.fit, initial=initial, budget=45
+                botorch_fit.fit, initial=initial, budget=35
             )
     return named
 
@@ -117,11 +117,13 @@ def _predict(cells: tuple[int, ...], theta: NDArray, positions: NDArray, times: 
         return _water(cells).predict(theta[None], positions, times)[0]
 
 
-def study(number: int, cells: tuple[int, int], spread: bool, starts: NDArray) -> dict[str, Any]:
+def study(
+    number: int, cells: tuple[int, int], spread: bool, starts: NDArray, botorch: bool
+) -> dict[str, Any]:
     """One problem by every method, and the least loss polished from ``starts`` (k, 2)."""
     problem, courses = random_problem(number, tuple(cells), spread), {}
     with threadpool_limits(1):
-        for name, fit in methods().items():
+        for name, fit in methods(botorch).items():
             begin = time.perf_counter()
             course = fit(problem, number).course
             losses = [] if course is None else course.loss.tolist()
@@ -150,15 +152,16 @@ def summary(studies: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """Successes, median and ninetieth percentile of solves, and seconds, of every method."""
     table = {}
     for name in studies[0]["courses"]:
-        needed = np.array([solves_needed(one, name) for one in studies])
-        seconds = [one["courses"][name]["seconds"] for one in studies]
+        done = [one for one in studies if name in one["courses"]]
+        needed = np.array([solves_needed(one, name) for one in done])
+        seconds = [one["courses"][name]["seconds"] for one in done]
         table[name] = {
             "successes": int(np.isfinite(needed).sum()),
-            "problems": len(studies),
+            "problems": len(done),
             "median": _percentile(needed, 50),
             "ninetieth_percentile": _percentile(needed, 90),
             "most": _percentile(needed, 100),
-            "solves_used": float(np.median([len(one["courses"][name]["loss"]) for one in studies])),
+            "solves_used": float(np.median([len(one["courses"][name]["loss"]) for one in done])),
             "seconds": float(np.median(seconds)),
             "solves_needed": [x if np.isfinite(x) else None for x in needed.tolist()],
         }
@@ -181,6 +184,7 @@ def main() -> None:
         "--side", type=int, default=41, help="points of the dense search along each parameter"
     )
     parser.add_argument("--cells", type=int, nargs=2, default=(142, 71))
+    parser.add_argument("--botorch", type=int, default=50, help="problems that BoTorch is given (it is slow)")
     parser.add_argument("--spread", action="store_true", help="draw the truth at random")
     options = parser.parse_args()
     cells, name = tuple(options.cells), "fits_spread" if options.spread else "fits"
@@ -189,7 +193,10 @@ def main() -> None:
     axes = [np.linspace(a, b, options.side) for a, b in zip(parameters.lower, parameters.upper, strict=True)]
     theta = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(parameters))
     order = np.argsort(dense_losses(problems, theta, options.jobs), axis=1)[:, :3]
-    jobs = (delayed(study)(n, cells, options.spread, theta[order[n]]) for n in range(options.problems))
+    jobs = (
+        delayed(study)(n, cells, options.spread, theta[order[n]], n < options.botorch)
+        for n in range(options.problems)
+    )
     studies: list[Any] = list(Parallel(options.jobs)(jobs))
     tell(name, studies, {"cells": cells, "side": options.side})
 

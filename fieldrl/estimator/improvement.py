@@ -23,6 +23,7 @@ from fieldrl.estimator.surrogate import Surrogate, linearise, predict
 
 _SHRINK, _GROW, _LEAST, _LARGEST = 0.2, 5.0, 1e-9, 1e8  # Marquardt's damping
 _RATES = 2.0 ** np.arange(14)  # where the bound is tried
+_INDEPENDENT = 0.5  # the share of the outputs that vary independently, for the bound
 _STILL = 1e-7  # a step that ends a descent [half-width]
 
 
@@ -56,10 +57,12 @@ def expected_improvement(
 def improvement_bound(
     surrogate: Surrogate, u: NDArray[np.float64], values: NDArray[np.float64], tikhonov: float, bar: float
 ) -> NDArray[np.float64]:
-    """Upper bound of the expected gain of fold 0 below ``bar`` at u (m, p): (m,) [field unit^2].
+    """Cautious upper bound of the expected gain of fold 0 below ``bar`` at u (m, p): (m,) [field unit^2].
 
     From t <= exp(rate t - 1) / rate for every rate > 0, a Chernoff bound; the expectation has a closed form.
-    Unlike an average over draws it sees gains of very small probability, of which there are many.
+    Unlike an average over draws it sees gains of very small probability, of which there are many. Outputs in
+    fact move together (where the feature passes, or not), which the surrogate does not know: doubts about
+    many of them count as doubts about half as many.
     """
     mean, deviation = predict(surrogate, u)
     square, variance = (mean - values) ** 2, deviation**2
@@ -67,7 +70,7 @@ def improvement_bound(
     exponents = np.empty((_RATES.size, len(u)))
     for exponent, rate in zip(exponents, _RATES, strict=True):
         widened = 1.0 + (2.0 * rate / (n * bar)) * variance
-        spread = np.sum(0.5 * np.log(widened) + (rate / (n * bar)) * square / widened, axis=1)
+        spread = np.sum(0.5 * _INDEPENDENT * np.log(widened) + (rate / (n * bar)) * square / widened, axis=1)
         exponent[:] = rate - 1.0 - np.log(rate) - rate * penalty - spread
     return bar * np.exp(np.minimum(exponents.min(axis=0), 0.0))
 
