@@ -13,6 +13,8 @@ Two signatures are in use (all arrays C-ordered float64):
 
 from __future__ import annotations
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
@@ -29,8 +31,7 @@ def _call(builder, signature, args):
     builder.call(builder.inttoptr(address, function.as_pointer()), rest)
 
 
-@intrinsic
-def call_model(typing, address, theta, m, positions, times, n, constants, prediction, jacobian):
+def _call_model(typing, address, theta, m, positions, times, n, constants, prediction, jacobian):
     """Call a MODEL function by address; the array arguments are pointers (``array.ctypes``)."""
     signature = types.void(types.int64, *MODEL.args)
 
@@ -41,8 +42,7 @@ def call_model(typing, address, theta, m, positions, times, n, constants, predic
     return signature, codegen
 
 
-@intrinsic
-def call_flow(typing, address, theta, constants, x, y, t, velocity):
+def _call_flow(typing, address, theta, constants, x, y, t, velocity):
     """Call a FLOW function by address; the array arguments are pointers (``array.ctypes``)."""
     signature = types.void(types.int64, *FLOW.args)
 
@@ -51,3 +51,7 @@ def call_flow(typing, address, theta, constants, x, y, t, velocity):
         return context.get_dummy_value()
 
     return signature, codegen
+
+
+call_model: Any = intrinsic(_call_model)
+call_flow: Any = intrinsic(_call_flow)

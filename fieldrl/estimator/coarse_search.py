@@ -23,7 +23,7 @@ from fieldrl.core.compiled import call_model
 
 def box_grid(points: int, p: int) -> NDArray[np.float64]:
     """The regular grid of ``points`` ** ``p`` cell centres of the box |u| <= 1, (G, p), last fastest."""
-    axis = (np.arange(points) + 0.5) * (2.0 / points) - 1.0
+    axis = np.linspace(-1.0, 1.0, 2 * points + 1)[1::2]
     return np.stack(np.meshgrid(*[axis] * p, indexing="ij"), axis=-1).reshape(-1, p)
 
 
