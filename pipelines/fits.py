@@ -76,7 +76,7 @@ def _without_number(estimator: Any, problem: FitProblem, number: int) -> Fit:
     return estimator.fit(problem)
 
 
-def random_problem(number: int, cells: tuple[int, int], spread: bool) -> FitProblem:
+def random_problem(number: int, cells: tuple[int, ...], spread: bool) -> FitProblem:
     """Ten samples of a random walk; with ``spread`` the truth lies anywhere in the inner nine tenths."""
     rng, water, vehicle = stream(number, "fits"), _water(tuple(cells)), Unicycle(start=(60.0, 40.0))
     theta, parameters = np.array(water.true), water.parameters
@@ -118,7 +118,7 @@ def _predict(cells: tuple[int, ...], theta: NDArray, positions: NDArray, times: 
 
 
 def study(
-    number: int, cells: tuple[int, int], spread: bool, starts: NDArray, botorch: bool
+    number: int, cells: tuple[int, ...], spread: bool, starts: NDArray, botorch: bool
 ) -> dict[str, Any]:
     """One problem by every method, and the least loss polished from ``starts`` (k, 2)."""
     problem, courses = random_problem(number, tuple(cells), spread), {}

@@ -48,6 +48,7 @@ class Composite:
             of the variance of a sample's noise [field unit^2].
         share: start from the solves that earlier fits left in the problem.
         neighbours: the surrogate is conditioned on at most so many solves, the best and a few far ones.
+        memory: at most so many solves are handed on to later fits, chosen in the same way.
         batch: solves proposed at a time, each as if the others had met the surrogate's mean.
         workers: threads that solve a batch.
         tikhonov: tau >= 0, weight of the pull towards the centre of the bounds [field unit^2].
@@ -60,12 +61,20 @@ class Composite:
     floor: float = 0.1
     share: bool = True
     neighbours: int = 60
+    memory: int = 250
     batch: int = 1
     workers: int = 1
     tikhonov: float = 1e-3
 
     def __post_init__(self) -> None:
-        for name, least in (("initial", 2), ("budget", 1), ("neighbours", 10), ("batch", 1), ("workers", 1)):
+        for name, least in (
+            ("initial", 2),
+            ("budget", 1),
+            ("neighbours", 10),
+            ("memory", 10),
+            ("batch", 1),
+            ("workers", 1),
+        ):
             checks.integer(name, getattr(self, name), least)
         checks.positive("tolerance", self.tolerance)
         checks.positive("fold_tolerance", self.fold_tolerance)
@@ -86,7 +95,7 @@ class Composite:
             if not proposals:
                 break
             ledger.ask_all(proposals)
-        return ledger.fit()
+        return search.hand_on(ledger.fit())
 
 
 class _Solves(NamedTuple):
@@ -120,6 +129,12 @@ class _Search:
             if len(self.ledger.theta) >= settings.initial or self.ledger.evaluations >= settings.budget:
                 break
             self.ledger.ask(self._theta(u))
+
+    def hand_on(self, fit: Fit) -> Fit:
+        """The fit, with no more known solves than memory allows."""
+        if not self.settings.share or len(fit.known) <= self.settings.memory:
+            return fit
+        return replace(fit, known=fit.known[_neighbours(self._known(), self.settings.memory)])
 
     def propose(self, count: int) -> list[NDArray[np.float64]]:
         """Where to solve next, at most ``count`` theta (p,); empty where nothing is worth a solve."""

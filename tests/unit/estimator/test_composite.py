@@ -109,6 +109,14 @@ def test_many_known_solves_are_cut_to_neighbours_that_hold_the_best_of_every_fol
     assert set(np.argmin(losses, axis=0)) <= set(near)
 
 
+def test_no_more_solves_than_memory_allows_are_handed_on_the_best_among_them():
+    known = np.random.default_rng(3).uniform(-1, 1, (80, 2))
+    fit = Composite(memory=50).fit(problem(known=known))
+    assert len(fit.known) == 50
+    handed_on = {theta.tobytes() for theta in fit.known}
+    assert {theta.tobytes() for theta in fit.theta} <= handed_on
+
+
 def test_many_known_solves_leave_the_minimum_where_it_is():
     known = np.random.default_rng(1).uniform(-1, 1, (200, 2))
     fit = Composite().fit(problem(known=known))
