@@ -78,7 +78,8 @@ def _without_number(estimator: Any, problem: FitProblem, number: int) -> Fit:
 
 def random_problem(number: int, cells: tuple[int, ...], spread: bool) -> FitProblem:
     """Ten samples of a random walk; with ``spread`` the truth lies anywhere in the inner nine tenths."""
-    rng, water, vehicle = stream(number, "fits"), _water(tuple(cells)), Unicycle(start=(60.0, 40.0))
+    rng, vehicle = stream(number, "fits"), Unicycle(start=(60.0, 40.0))
+    water: Any = _water(tuple(cells))
     theta, parameters = np.array(water.true), water.parameters
     if spread:
         theta = parameters.centre + parameters.half_width * rng.uniform(-0.9, 0.9, len(parameters))
