@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 OUTPUTS = Path("outputs")
+_WIDTH = 120  # of a table that goes to a file
 
 
 def spread(values: ArrayLike, digits: int = 3) -> str:
@@ -25,12 +27,13 @@ def spread(values: ArrayLike, digits: int = 3) -> str:
 
 def show(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
     """Print a table; the first column is text, the others are numbers."""
-    table = Table(title=title, title_justify="left")
+    table = Table(title=Text(title), title_justify="left")
     for place, name in enumerate(columns):
-        table.add_column(name, justify="left" if place == 0 else "right")
+        table.add_column(Text(name), justify="left" if place == 0 else "right")
     for row in rows:
-        table.add_row(*(str(cell) for cell in row))
-    Console().print(table)
+        table.add_row(*(Text(str(cell)) for cell in row))
+    console = Console()
+    Console(width=None if console.is_terminal else _WIDTH).print(table)
 
 
 def write(name: str, content: dict[str, Any]) -> Path:
