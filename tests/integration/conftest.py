@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 
-SMALL = ("episodes=3", "steps=4", "evaluation_episodes=2", "replicates=2")
+_BUDGET = ("episodes=3", "steps=4", "evaluation_episodes=2", "replicates=2")
+SMALL = ("experiment=advection", *_BUDGET)
 UNTRACKED = (*SMALL, "tracking=none")
+SMALLEST = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=1", "tracking=none")
 
 
 def fieldrl(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:

@@ -5,9 +5,14 @@ from __future__ import annotations
 import pytest
 
 from fieldrl.app import places
-from tests.integration.conftest import UNTRACKED, summary
+from tests.integration.conftest import SMALLEST, UNTRACKED, summary
 
-GROUPS = ("vehicle", "agent", "estimator", "reward", "experiment")
+GROUPS = ("vehicle", "agent", "reward")
+ESTIMATORS = {
+    "least_squares": (),
+    "composite": (),
+    "gaussian_process": ("estimator.budget=8", "estimator.initial=4"),
+}
 CHOICES = [f"{group}={option}" for group in GROUPS for option in places.options(group)]
 BUDGETS = [
     ("episodes=1", "steps=1", "evaluation_episodes=0", "replicates=1"),
@@ -24,8 +29,8 @@ VARIANTS = [
 ]
 
 
-def check(run_here, tmp_path, *overrides: str) -> None:
-    status, _, errors = run_here(*UNTRACKED, *overrides)
+def check(run_here, tmp_path, *overrides: str, small: tuple[str, ...] = UNTRACKED) -> None:
+    status, _, errors = run_here(*small, *overrides)
     assert (status, errors) == (0, "")
     assert summary(tmp_path)["finished"] is True
 
@@ -33,6 +38,25 @@ def check(run_here, tmp_path, *overrides: str) -> None:
 @pytest.mark.parametrize("choice", CHOICES)
 def test_every_option_runs(run_here, tmp_path, choice):
     check(run_here, tmp_path, choice)
+
+
+@pytest.mark.parametrize("experiment", places.options("experiment"))
+def test_every_experiment_runs(run_here, tmp_path, experiment):
+    check(run_here, tmp_path, f"experiment={experiment}", small=SMALLEST)
+
+
+@pytest.mark.parametrize("experiment", ["advection", "double_gyre"])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_every_estimator_runs_on_both_models(run_here, tmp_path, estimator, experiment):
+    chosen = (f"experiment={experiment}", f"estimator={estimator}", *ESTIMATORS[estimator])
+    if (estimator, experiment) == ("least_squares", "double_gyre"):
+        chosen = (*chosen, "estimator.starts=1", "steps=1")
+    small = [override for override in SMALLEST if override.partition("=")[0] not in " ".join(chosen)]
+    check(run_here, tmp_path, *chosen, small=tuple(small))
+
+
+def test_every_estimator_is_tried():
+    assert set(ESTIMATORS) == set(places.options("estimator"))
 
 
 @pytest.mark.parametrize("budget", BUDGETS, ids=" ".join)
