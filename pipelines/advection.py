@@ -31,7 +31,7 @@ PAPER_ERROR = 0.0809
 def measure(record: xr.Dataset) -> dict[str, list[float]]:
     """Numbers of each replicate: mean e_total early and late, errors of b, return early and late."""
     final = record.isel(step=-1)
-    error = np.sqrt(((final["theta"] - record["true"]) ** 2).sum("parameter"))
+    error = ((final["theta"] - record["true"]) ** 2).sum("parameter") ** 0.5
     early, late = slice(0, 50), slice(-100, None)
     best = [float(error.isel(replicate=i, episode=int(b))) for i, b in enumerate(record["best_episode"])]
     return {

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pde import CartesianGrid, PDEBase, RungeKuttaSolver, ScalarField
-from pde.tools.config import config
+from pde import CartesianGrid, PDEBase, RungeKuttaSolver, ScalarField  # pyright: ignore[reportMissingImports]
+from pde.tools.config import config  # pyright: ignore[reportMissingImports]
 
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 
