@@ -32,6 +32,7 @@ from fieldrl.estimator.ledger import Ledger
 from fieldrl.estimator.multi_start import Descent, MultiStart
 from fieldrl.estimator.problem import Fit, FitProblem
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+from fieldrl.pde.solutions import Solutions
 from fieldrl.vehicle.unicycle import Unicycle
 from pipelines import botorch_fit, report
 from pipelines.performance_profile import draw
@@ -98,7 +99,7 @@ _waters: dict[tuple[int, ...], AdvectionDiffusion] = {}
 
 def _water(cells: tuple[int, ...]) -> AdvectionDiffusion:
     """One model in a process, so that its solves are kept."""
-    return _waters.setdefault(cells, AdvectionDiffusion(cells=cells))
+    return _waters.setdefault(cells, AdvectionDiffusion(cells=cells, solutions=Solutions(memory=200.0)))
 
 
 def dense_losses(problems: list[FitProblem], theta: NDArray, jobs: int) -> NDArray[np.float64]:
@@ -198,7 +199,7 @@ def main() -> None:
         delayed(study)(n, cells, options.spread, theta[order[n]], n < options.botorch)
         for n in range(options.problems)
     )
-    studies: list[Any] = list(Parallel(options.jobs)(jobs))
+    studies: list[Any] = list(Parallel(options.jobs, verbose=5)(jobs))
     tell(name, studies, {"cells": cells, "side": options.side})
 
 
