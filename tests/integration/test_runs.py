@@ -135,7 +135,7 @@ def test_two_processes_asked_for_the_same_run_share_one_result(tmp_path):
 
 
 def test_an_interrupt_ends_with_130_and_one_line(tmp_path):
-    command = [sys.executable, "-m", "fieldrl.app.main", "episodes=100000", "replicates=2", "tracking=none"]
+    command = [sys.executable, "-m", "fieldrl.app.main", *UNTRACKED, "episodes=100000"]
     process = subprocess.Popen(
         command,
         cwd=tmp_path,
