@@ -7,12 +7,15 @@
 A problem is a random walk of the vehicle in the double gyre with ten samples, sigma = 1, the truth on a finer
 grid. A method has succeeded at the first solve whose loss is within 1 % of e_f of the best known minimum: the
 least that any method, or a dense search polished by least squares, has found. BoTorch is compared where it is
-installed (it is no dependency). Writes outputs/fits.json (or fits_spread.json) and a figure beside it.
+installed (it is no dependency). A finished problem is kept in outputs/fits/ and not computed again. Writes
+outputs/fits.json (or fits_spread.json) and a figure beside it.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -24,6 +27,7 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from fieldrl import __version__
 from fieldrl.core.samples import Samples
 from fieldrl.core.streams import stream
 from fieldrl.estimator.composite import Composite
@@ -31,6 +35,7 @@ from fieldrl.estimator.gaussian_process import GaussianProcess
 from fieldrl.estimator.ledger import Ledger
 from fieldrl.estimator.multi_start import Descent, MultiStart
 from fieldrl.estimator.problem import Fit, FitProblem
+from fieldrl.figures.files import write
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.pde.solutions import Solutions
 from fieldrl.vehicle.unicycle import Unicycle
@@ -135,6 +140,20 @@ def study(
     return {"problem": number, "least": float(best), "courses": courses}
 
 
+def kept_study(number: int, cells: tuple[int, ...], spread: bool, starts: NDArray, botorch: bool) -> Any:
+    """``study``, or what an earlier run of the same one left in outputs/fits/."""
+    used = [
+        (name, getattr(fit, "args", ()), getattr(fit, "keywords", {}))
+        for name, fit in methods(botorch).items()
+    ]
+    told = repr((number, cells, spread, starts.tolist(), used, __version__)).encode()
+    path = report.OUTPUTS / "fits" / f"{number}-{hashlib.blake2b(told, digest_size=8).hexdigest()}.json"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(path, json.dumps(study(number, cells, spread, starts, botorch)).encode())
+    return json.loads(path.read_text())
+
+
 def polish(problem: FitProblem, theta: NDArray) -> float:
     """Least loss of a descent from theta (2,)."""
     ledger, parameters = Ledger(problem), problem.model.parameters
@@ -196,7 +215,7 @@ def main() -> None:
     theta = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(parameters))
     order = np.argsort(dense_losses(problems, theta, options.jobs), axis=1)[:, :3]
     jobs = (
-        delayed(study)(n, cells, options.spread, theta[order[n]], n < options.botorch)
+        delayed(kept_study)(n, cells, options.spread, theta[order[n]], n < options.botorch)
         for n in range(options.problems)
     )
     studies: list[Any] = list(Parallel(options.jobs, verbose=5)(jobs))
