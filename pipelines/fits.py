@@ -7,7 +7,7 @@
 A problem is a random walk of the vehicle in the double gyre with ten samples, sigma = 1, the truth on a finer
 grid. A method has succeeded at the first solve whose loss is within 1 % of e_f of the best known minimum: the
 least that any method, or a dense search polished by least squares, has found. BoTorch is compared where it is
-installed (it is no dependency). A finished problem is kept in outputs/fits/ and not computed again. Writes
+installed (it is no dependency). What is finished is kept in outputs/fits/ and not computed again. Writes
 outputs/fits.json (or fits_spread.json) and a figure beside it.
 """
 
@@ -128,29 +128,32 @@ def study(
     number: int, cells: tuple[int, ...], spread: bool, starts: NDArray, botorch: bool
 ) -> dict[str, Any]:
     """One problem by every method, and the least loss polished from ``starts`` (k, 2)."""
-    problem, courses = random_problem(number, tuple(cells), spread), {}
+    what, courses = (number, tuple(cells), spread), {}
     with threadpool_limits(1):
-        for name, fit in methods(botorch).items():
-            begin = time.perf_counter()
-            course = fit(problem, number).course
-            losses = [] if course is None else course.loss.tolist()
-            courses[name] = {"loss": losses, "seconds": time.perf_counter() - begin}
-        least = min(polish(problem, start) for start in starts)
+        for name, method in methods(botorch).items():
+            settings = getattr(method, "args", ()), getattr(method, "keywords", {})
+            courses[name] = kept((*what, name, settings), partial(_course, method, *what))
+        least = kept(
+            (*what, starts.tolist()), lambda: min(polish(random_problem(*what), one) for one in starts)
+        )
     best = min([least, *(np.nanmin(course["loss"]) for course in courses.values())])
     return {"problem": number, "least": float(best), "courses": courses}
 
 
-def kept_study(number: int, cells: tuple[int, ...], spread: bool, starts: NDArray, botorch: bool) -> Any:
-    """``study``, or what an earlier run of the same one left in outputs/fits/."""
-    used = [
-        (name, getattr(fit, "args", ()), getattr(fit, "keywords", {}))
-        for name, fit in methods(botorch).items()
-    ]
-    told = repr((number, cells, spread, starts.tolist(), used, __version__)).encode()
-    path = report.OUTPUTS / "fits" / f"{number}-{hashlib.blake2b(told, digest_size=8).hexdigest()}.json"
+def _course(method: Method, number: int, cells: tuple[int, ...], spread: bool) -> dict[str, Any]:
+    """The losses of a method's solves in order, and the seconds that it took."""
+    begin, course = time.perf_counter(), method(random_problem(number, cells, spread), number).course
+    losses = [] if course is None else course.loss.tolist()
+    return {"loss": losses, "seconds": time.perf_counter() - begin}
+
+
+def kept(what: Any, compute: Callable[[], Any]) -> Any:
+    """``compute()``, or what an earlier run of ``what`` with the same version left in outputs/fits/."""
+    told = hashlib.blake2b(repr((what, __version__)).encode(), digest_size=10).hexdigest()
+    path = report.OUTPUTS / "fits" / f"{told}.json"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
-        write(path, json.dumps(study(number, cells, spread, starts, botorch)).encode())
+        write(path, json.dumps(compute()).encode())
     return json.loads(path.read_text())
 
 
@@ -213,9 +216,10 @@ def main() -> None:
     parameters = problems[0].model.parameters
     axes = [np.linspace(a, b, options.side) for a, b in zip(parameters.lower, parameters.upper, strict=True)]
     theta = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(parameters))
-    order = np.argsort(dense_losses(problems, theta, options.jobs), axis=1)[:, :3]
+    dense = ("dense", len(problems), cells, options.spread, options.side)
+    order = kept(dense, lambda: np.argsort(dense_losses(problems, theta, options.jobs))[:, :3].tolist())
     jobs = (
-        delayed(kept_study)(n, cells, options.spread, theta[order[n]], n < options.botorch)
+        delayed(study)(n, cells, options.spread, theta[order[n]], n < options.botorch)
         for n in range(options.problems)
     )
     studies: list[Any] = list(Parallel(options.jobs, verbose=5)(jobs))
