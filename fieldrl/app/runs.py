@@ -22,15 +22,23 @@ from fieldrl.core.checks import InvalidValue
 RESULTS = 1
 """Version of the results: raise it when the same configuration gives other numbers than before."""
 
-WITHOUT_EFFECT = ("output_dir", "force", "parallel", "tracking")
+WITHOUT_EFFECT = ("output_dir", "force", "parallel", "tracking", "pde.solutions", "estimator.workers")
 """Keys that cannot change a result, and so are no part of a run's identity."""
 
 
 def identity(config: Mapping[str, Any]) -> str:
     """The key of a configuration: ten hexadecimal digits of its hash."""
-    effective = {key: value for key, value in config.items() if key not in WITHOUT_EFFECT}
-    text = json.dumps([RESULTS, _canonical(effective)], sort_keys=True)
+    text = json.dumps([RESULTS, _canonical(_effective(config))], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:10]
+
+
+def _effective(config: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """The nested keys of ``config`` that can change a result."""
+    found = {key: value for key, value in config.items() if f"{path}{key}" not in WITHOUT_EFFECT}
+    return {
+        key: _effective(value, f"{path}{key}.") if isinstance(value, Mapping) else value
+        for key, value in found.items()
+    }
 
 
 def _canonical(value: Any) -> Any:

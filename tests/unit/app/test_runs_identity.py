@@ -14,6 +14,8 @@ CONFIG = {
     "seed": 0,
     "episodes": 4,
     "vehicle": {"max_speed": 10.0, "start": [20.0, 20.0]},
+    "pde": {"cells": [20, 10], "solutions": {"memory": 512}},
+    "estimator": {"starts": 1, "workers": 1},
     "output_dir": "outputs",
     "force": False,
     "parallel": {"jobs": -1},
@@ -22,14 +24,30 @@ CONFIG = {
 
 
 @pytest.mark.parametrize(
-    "change", [{"seed": 1}, {"episodes": 5}, {"vehicle": {"max_speed": 10.5, "start": [20.0, 20.0]}}]
+    "change",
+    [
+        {"seed": 1},
+        {"episodes": 5},
+        {"vehicle": {"max_speed": 10.5, "start": [20.0, 20.0]}},
+        {"pde": {"cells": [20, 11], "solutions": {"memory": 512}}},
+        {"estimator": {"starts": 2, "workers": 1}},
+        {"vehicle": CONFIG["vehicle"] | {"solutions": 1}},
+    ],
 )
 def test_what_changes_a_result_changes_the_key(change):
     assert identity(CONFIG | change) != identity(CONFIG)
 
 
 @pytest.mark.parametrize(
-    "change", [{"output_dir": "x"}, {"force": True}, {"parallel": {"jobs": 1}}, {"tracking": {"uri": "x"}}]
+    "change",
+    [
+        {"output_dir": "x"},
+        {"force": True},
+        {"parallel": {"jobs": 1}},
+        {"tracking": {"uri": "x"}},
+        {"pde": {"cells": [20, 10], "solutions": {"memory": 1, "directory": "x"}}},
+        {"estimator": {"starts": 1, "workers": 8}},
+    ],
 )
 def test_what_cannot_change_a_result_does_not_change_the_key(change):
     assert identity(CONFIG | change) == identity(CONFIG)
