@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
@@ -25,8 +27,24 @@ _ERRORS = {
 _WIDTH = 80
 
 
-def console() -> Console:
-    """The terminal, or a plain file of 80 columns."""
+_hush: ContextVar[str] = ContextVar("hush", default="")
+"""What is not shown: "" nothing, "lines" all but the progress bar, "all"."""
+
+
+@contextmanager
+def hushed(bar: bool) -> Iterator[None]:
+    """Say nothing of a run while the body runs, but for its progress ``bar`` where that is wanted."""
+    token = _hush.set("lines" if bar else "all")
+    try:
+        yield
+    finally:
+        _hush.reset(token)
+
+
+def console(bar: bool = False) -> Console:
+    """The terminal, or a plain file of 80 columns; ``bar``: for a progress bar."""
+    if _hush.get() == "all" or (_hush.get() == "lines" and not bar):
+        return Console(quiet=True, file=io.StringIO())
     screen = Console(highlight=False)
     return screen if screen.is_terminal else Console(highlight=False, width=_WIDTH)
 
@@ -47,7 +65,7 @@ def waiting(name: str) -> None:
 @contextmanager
 def compiling() -> Iterator[None]:
     """On a terminal, say why nothing moves while the compiled loops are made or loaded."""
-    screen = console()
+    screen = console(bar=True)
     if not screen.is_terminal:
         yield
         return

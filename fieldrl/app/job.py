@@ -145,7 +145,7 @@ def _record(job: Job, mission: Mission, publication: Tracker) -> xr.Dataset:
     replicates, episodes = job.config["replicates"], job.config["episodes"]
     if job.workers.count(replicates) > 1:
         _warm(mission)
-    with board(replicates, episodes, console.console()) as reporter:
+    with board(replicates, episodes, console.console(bar=True)) as reporter:
         task = Replicate(mission, job.config["seed"], tuple(reporter(i) for i in range(replicates)))
         for number, replicate in job.workers.run(task, replicates):
             found[number] = replicate

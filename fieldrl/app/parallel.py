@@ -53,7 +53,7 @@ class Workers:
         jobs = self.count(tasks)
         with joblib.parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
             parallel: Any = joblib.Parallel(return_as="generator_unordered", pre_dispatch="all")
-            with _uninterrupted():
+            with uninterrupted():
                 results = parallel(joblib.delayed(_single_threaded)(task, number) for number in range(tasks))
             yield from results
 
@@ -64,7 +64,7 @@ def cores() -> int:
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
+def uninterrupted() -> Iterator[None]:
     """Processes that are started in here inherit that an interrupt is not for them, but for their parent."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

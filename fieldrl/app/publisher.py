@@ -16,21 +16,26 @@ import threading
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 Message = tuple[str, dict[str, Any]]
 
 
 def main() -> None:
     """Serve one run."""
+    with quiet_answers() as answers:
+        json.dump(serve(messages()), answers)
+    os._exit(0)  # MLflow's own threads have nothing left to do
+
+
+def quiet_answers() -> TextIO:
+    """Have this process step back behind the run; returns where it answers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(OSError):
         os.nice(10)
-    answer = os.fdopen(os.dup(1), "w")
+    answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whatever MLflow prints is no answer
-    with answer:
-        json.dump(serve(messages()), answer)
-    os._exit(0)  # MLflow's own threads have nothing left to do
+    return answers
 
 
 def messages() -> Iterator[Message]:
@@ -55,7 +60,7 @@ def serve(incoming: Iterator[Message]) -> dict[str, str]:
     except Exception as error:  # whatever MLflow, SQLAlchemy or the network raise
         for _ in incoming:
             pass
-        return {"problem": _one_line(error), "run_id": ""}
+        return {"problem": one_line(error), "run_id": ""}
 
 
 def _publish(incoming: Iterator[Message]) -> str:
@@ -88,7 +93,8 @@ def _end(view: Any, status: str) -> None:
             view.end(status)
 
 
-def _one_line(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
+    """What an error says, on one line of at most 160 characters."""
     text = " ".join(str(error).split()) or type(error).__name__
     return text if len(text) <= 160 else text[:157] + "..."
 

@@ -89,14 +89,23 @@ class Mlflow:
 
 
 class Publication:
-    """One run's pipe to the publishing process."""
+    """One run's pipe to the publishing process.
 
-    def __init__(self, uri: str | None, patience: float, output_dir: Path) -> None:
+    Args:
+        uri: an MLflow server or database; None for SQLite in the output folder.
+        patience: how long the end may wait for MLflow [s].
+        output_dir: of the run.
+        module: the program of the publishing process.
+    """
+
+    def __init__(
+        self, uri: str | None, patience: float, output_dir: Path, module: str = "fieldrl.app.publisher"
+    ) -> None:
         self._uri, self._patience, self._output_dir = uri, patience, output_dir
         self._begun = False
         environment = {key: value for key, value in os.environ.items() if key not in _STALE}
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "fieldrl.app.publisher"],
+            [sys.executable, "-P", "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -1,0 +1,1 @@
+"""Sweeps: many runs from one command, that survive whatever happens to one of them."""

@@ -1,0 +1,1 @@
+"""fieldrl's launchers and sweepers, where Hydra looks for them. Nothing heavy is imported here."""

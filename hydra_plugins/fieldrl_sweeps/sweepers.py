@@ -1,0 +1,45 @@
+"""Sweepers: which jobs a sweep has. The work is done in ``fieldrl.app.sweeps``."""
+
+from typing import Any
+
+from hydra.core.plugins import Plugins
+from hydra.plugins.sweeper import Sweeper
+from hydra.types import HydraContext, TaskFunction
+from omegaconf import DictConfig
+
+
+class Fieldrl(Sweeper):
+    """What fieldrl's sweepers share."""
+
+    def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
+        """Keep what Hydra gives; the launcher is asked for when the sweep begins."""
+        self.hydra_context, self.task_function, self.config = hydra_context, task_function, config
+
+    def _runner(self) -> Any:
+        """Who does the jobs, by the launcher that was chosen."""
+        from fieldrl.app.sweeps.runners import job_of_a_sweep, runner
+
+        launcher = Plugins.instance().instantiate_launcher(
+            hydra_context=self.hydra_context, task_function=job_of_a_sweep, config=self.config
+        )
+        return runner(launcher)
+
+
+class Grid(Fieldrl):
+    """``hydra/sweeper=grid``: every combination of the values given.
+
+    Args:
+        objective: what jobs are compared by, a dotted path into summary.json.
+        direction: minimise or maximise.
+    """
+
+    def __init__(self, objective: str, direction: str) -> None:
+        self.objective, self.direction = objective, direction
+
+    def sweep(self, arguments: list[str]) -> None:
+        """Run every combination."""
+        from fieldrl.app.sweeps import grid
+        from fieldrl.app.sweeps.objective import Objective
+
+        objective = Objective(self.objective, self.direction)
+        grid.run(self.config, self.hydra_context.config_loader, self._runner(), arguments, objective)
