@@ -22,6 +22,8 @@ from fieldrl.app import places
 from fieldrl.app.errors import explain, refused
 from fieldrl.core.checks import FieldrlError
 
+_MULTIRUN = ("-m", "--multirun")
+
 
 def launch(arguments: Sequence[str], full_error: bool = False) -> None:
     """Compose and run.
@@ -34,6 +36,7 @@ def launch(arguments: Sequence[str], full_error: bool = False) -> None:
         FieldrlError: the command line is refused, or a job of a sweep failed.
         Exception: whatever a single job raises.
     """
+    arguments = sorted(arguments, key=lambda text: text not in _MULTIRUN)  # anywhere, as people write it
     _check_usage(arguments)
     failures: list[Exception] = []
 

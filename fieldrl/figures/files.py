@@ -6,6 +6,7 @@ import io
 import json
 import os
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 
 import xarray as xr
@@ -25,11 +26,15 @@ def save(drawing: Figure, path: Path, record: xr.Dataset) -> Path:
     Returns:
         The path.
     """
+    return save_noted(drawing, path, provenance(path.name, record))
+
+
+def save_noted(drawing: Figure, path: Path, note: Mapping[str, object]) -> Path:
+    """Write the figure as PNG, and beside it ``note`` as JSON; returns the path."""
     content = io.BytesIO()
     drawing.savefig(content, format="png", dpi=style.DPI, metadata={"Software": None})
     write(path, content.getvalue())
-    note = json.dumps(provenance(path.name, record), indent=2) + "\n"
-    write(path.with_suffix(".json"), note.encode())
+    write(path.with_suffix(".json"), (json.dumps(note, indent=2) + "\n").encode())
     return path
 
 

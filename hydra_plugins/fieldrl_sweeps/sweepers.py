@@ -13,14 +13,15 @@ class Fieldrl(Sweeper):
 
     def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
         """Keep what Hydra gives; the launcher is asked for when the sweep begins."""
-        self.hydra_context, self.task_function, self.config = hydra_context, task_function, config
+        self.hydra_context, self.config = hydra_context, config
+        self._context, self._master = hydra_context, config
 
     def _runner(self) -> Any:
         """Who does the jobs, by the launcher that was chosen."""
         from fieldrl.app.sweeps.runners import job_of_a_sweep, runner
 
         launcher = Plugins.instance().instantiate_launcher(
-            hydra_context=self.hydra_context, task_function=job_of_a_sweep, config=self.config
+            hydra_context=self._context, task_function=job_of_a_sweep, config=self._master
         )
         return runner(launcher)
 
@@ -42,4 +43,4 @@ class Grid(Fieldrl):
         from fieldrl.app.sweeps.objective import Objective
 
         objective = Objective(self.objective, self.direction)
-        grid.run(self.config, self.hydra_context.config_loader, self._runner(), arguments, objective)
+        grid.run(self._master, self._context.config_loader, self._runner(), arguments, objective)

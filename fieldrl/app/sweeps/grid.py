@@ -17,7 +17,9 @@ from fieldrl.app.sweeps.objective import Objective
 from fieldrl.core.checks import FieldrlError
 
 
-def run(master: DictConfig, loader: Any, runner: Runner, arguments: Sequence[str], objective: Objective) -> None:
+def run(
+    master: DictConfig, loader: Any, runner: Runner, arguments: Sequence[str], objective: Objective
+) -> None:
     """Run every combination.
 
     Args:
@@ -32,7 +34,9 @@ def run(master: DictConfig, loader: Any, runner: Runner, arguments: Sequence[str
     """
     parsed = OverridesParser.create(config_loader=loader).parse_overrides(list(arguments))
     jobs = combinations(parsed)
-    varied = tuple(override.get_key_element().lstrip("+~") for override in parsed if override.is_sweep_override())
+    varied = tuple(
+        override.get_key_element().lstrip("+~") for override in parsed if override.is_sweep_override()
+    )
     conductor = Conductor(
         Composer(loader, master), runner, objective, tuple(arguments), varied, {}, len(jobs)
     )

@@ -57,7 +57,7 @@ class Pool:
             self._idle.append(_executor())
 
     def run(self, tasks: Mapping[int, Task], begun: Callable[[int], Any]) -> Iterator[tuple[int, Outcome]]:
-        """Yield (number, outcome) of each task as it is finished; ``begun`` hears the number of each that begins.
+        """Yield (number, outcome) of each task as it is finished; ``begun`` hears which begins.
 
         A task whose worker is killed is given to a new worker, once.
         """

@@ -1,8 +1,8 @@
 """The process that writes a sweep to MLflow (started by ``tracking.py``, spoken to through its pipe).
 
-It reads (kind, content) messages: "sweep", then "begin", "done" and "failed" of jobs, then "finish". It answers
-each with one JSON line, and the end with {"problem": ..., "run_id": ...}. A job that MLflow refuses does not
-keep it from publishing the others.
+It reads (kind, content) messages: "sweep", then "begin", "done" and "failed" of jobs, then "finish". It
+answers each with one JSON line, and the end with {"problem": ..., "run_id": ...}. A job that MLflow refuses
+does not keep it from publishing the others.
 """
 
 from __future__ import annotations

@@ -26,7 +26,9 @@ def beginning(sweep: Sweep, jobs: int, finished: int, workers: int) -> None:
 
 def waiting(sweep: Sweep) -> None:
     """One line: another process conducts the same sweep."""
-    console.console().print(f"{sweep.name} is being run by another process; waiting for it ...", soft_wrap=True)
+    console.console().print(
+        f"{sweep.name} is being run by another process; waiting for it ...", soft_wrap=True
+    )
 
 
 def job(row: Row, done: int, jobs: int, objective: Objective, best: Row | None = None) -> None:
@@ -51,7 +53,9 @@ def results(rows: Sequence[Row], objective: Objective) -> None:
         screen.print()
         screen.print(_results(shown[:_SHOWN], objective, order[0] if order else None))
         if len(rows) > _SHOWN:
-            screen.print(f"[dim]the best {min(_SHOWN, len(shown))} of {len(order)}; results.csv has them all[/]")
+            screen.print(
+                f"[dim]the best {min(_SHOWN, len(shown))} of {len(order)}; results.csv has them all[/]"
+            )
     failed = [row for row in rows if row.reason]
     if failed:
         screen.print()
@@ -75,7 +79,9 @@ def ending(sweep: Sweep, found: Row | None, tracked: bool, problem: str) -> None
 
 def _results(rows: Sequence[Row], objective: Objective, best: Row | None) -> Table:
     keys = list(dict.fromkeys(key for row in rows for key in row.varied))
-    shown = _table([*_short(keys).values(), objective.path, "e_total", "|estimate - true|", "time"], len(keys))
+    shown = _table(
+        [*_short(keys).values(), objective.path, "e_total", "|estimate - true|", "time"], len(keys)
+    )
     for row in rows:
         numbers = [row.value, row.summary.get("e_total"), row.summary.get("theta_error")]
         cells = [*(escape(row.varied.get(key, "")) for key in keys), *(_number(value) for value in numbers)]

@@ -36,7 +36,12 @@ class SweepView:
     """
 
     def __init__(
-        self, client: MlflowClient, experiment_id: str, parent: str, key: str, jobs: dict[str, tuple[str, str]]
+        self,
+        client: MlflowClient,
+        experiment_id: str,
+        parent: str,
+        key: str,
+        jobs: dict[str, tuple[str, str]],
     ) -> None:
         self.client, self.experiment_id, self.parent, self.key = client, experiment_id, parent, key
         self.jobs = jobs
@@ -56,7 +61,7 @@ class SweepView:
         else:
             tags = source() | {"version": __version__, "sweep": key, "overrides": " ".join(arguments)}
             parent = client.create_run(experiment_id, run_name=name, tags=tags).info.run_id
-            log_config(client, parent, dict(argument.partition("=")[::2] for argument in arguments))
+            log_config(client, parent, {text.partition("=")[0]: text.partition("=")[2] for text in arguments})
         client.set_tag(parent, "status", "running")
         children = _search(client, experiment_id, f"tags.`mlflow.parentRunId` = '{parent}'")
         jobs = {
@@ -157,7 +162,9 @@ class SweepView:
             return [run_id]
         known = _search(self.client, self.experiment_id, f"tags.`mlflow.parentRunId` = '{run_id}'")
         found = {run.data.tags.get("replicate"): run.info.run_id for run in known}
-        return [found.get(str(i)) or self._replicate(run_id, f"{name} replicate {i}", i) for i in range(count)]
+        return [
+            found.get(str(i)) or self._replicate(run_id, f"{name} replicate {i}", i) for i in range(count)
+        ]
 
     def _replicate(self, parent: str, name: str, number: int) -> str:
         tags = self.tags | {"mlflow.parentRunId": parent, "replicate": str(number)}
@@ -181,5 +188,3 @@ def _search(client: MlflowClient, experiment_id: str, condition: str) -> list[Ru
         token = page.token
         if not token:
             return found
-
-

@@ -1,0 +1,75 @@
+"""Workers of a sweep: one that dies costs its own job alone, which is tried once more."""
+
+from __future__ import annotations
+
+import os
+import signal
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from fieldrl.app.sweeps.pool import KILLED, Here, Pool
+from fieldrl.app.sweeps.task import Outcome
+
+
+@dataclass(frozen=True)
+class Stub:
+    """Stands in for a task: tells its process, and kills it as often as asked."""
+
+    number: int
+    folder: str
+    kills: int = 0
+
+    def __call__(self) -> Outcome:
+        marks = Path(self.folder)
+        (marks / f"{self.number}-{len(list(marks.glob(f'{self.number}-*')))}").touch()
+        if len(list(marks.glob(f"{self.number}-*"))) <= self.kills:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return Outcome({"number": self.number, "pid": os.getpid()})
+
+
+@pytest.fixture
+def pool():
+    made = Pool(2)
+    yield made
+    made.close()
+
+
+def attempts(folder: Path) -> dict[str, int]:
+    numbers = [path.name.partition("-")[0] for path in folder.iterdir()]
+    return {number: numbers.count(number) for number in sorted(numbers)}
+
+
+def test_every_task_is_done_once_by_workers_that_stay(pool, tmp_path):
+    tasks = {i: Stub(i, str(tmp_path)) for i in range(6)}
+    begun: list[int] = []
+    outcomes = dict(pool.run(tasks, begun.append))
+    assert {number: outcome.summary["number"] for number, outcome in outcomes.items()} == {
+        i: i for i in tasks
+    }
+    assert sorted(begun) == list(tasks)
+    pids = {outcome.summary["pid"] for outcome in outcomes.values()}
+    assert len(pids) <= 2
+    assert os.getpid() not in pids
+
+
+def test_a_killed_worker_costs_its_job_alone_and_that_is_tried_once_more(pool, tmp_path):
+    tasks = {i: Stub(i, str(tmp_path), kills=1 if i == 1 else 0) for i in range(4)}
+    outcomes = dict(pool.run(tasks, lambda number: None))
+    assert all(outcome.reason == "" for outcome in outcomes.values())
+    assert attempts(tmp_path) == {"0": 1, "1": 2, "2": 1, "3": 1}
+
+
+def test_a_job_whose_worker_is_killed_twice_has_failed_and_the_others_are_done(pool, tmp_path):
+    tasks = {i: Stub(i, str(tmp_path), kills=9 if i == 0 else 0) for i in range(3)}
+    outcomes = dict(pool.run(tasks, lambda number: None))
+    assert outcomes[0].reason == KILLED
+    assert attempts(tmp_path) == {"0": 2, "1": 1, "2": 1}
+
+
+def test_without_workers_everything_is_done_here_in_order(tmp_path):
+    tasks = {i: Stub(i, str(tmp_path)) for i in (3, 1)}
+    outcomes = list(Here().run(tasks, lambda number: None))
+    assert [number for number, _ in outcomes] == [3, 1]
+    assert {outcome.summary["pid"] for _, outcome in outcomes} == {os.getpid()}
