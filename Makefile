@@ -6,7 +6,7 @@ INSTALLED := .venv/.installed
 WARM := $(BIN)/fieldrl episodes=2 steps=3 replicates=1 tracking=none force=true output_dir=.pytest_cache/warm
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test check ui clean
+.PHONY: help setup run paper test check ui clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -21,6 +21,9 @@ $(INSTALLED): pyproject.toml constraints.txt
 
 run: $(INSTALLED)  ## run the default experiment
 	@$(BIN)/fieldrl
+
+paper: $(INSTALLED)  ## every figure and table of the paper, and the page outputs/paper/index.html
+	@$(BIN)/python -m pipelines.paper
 
 test: $(INSTALLED)  ## run all tests
 	@$(WARM) > /dev/null

@@ -66,6 +66,15 @@ def draw_band(axes: Axes, x: NDArray, values: NDArray, name: str, *, steps: bool
     axes.fill_between(x, low, high, label="interquartile range", zorder=2, **band)
 
 
+def draw_compared(axes: Axes, x: NDArray, values: NDArray, name: str, number: int) -> NDArray[np.float64]:
+    """As ``draw_band``, for series ``number`` of several; returns its quartiles, (3, n)."""
+    low, median, high = quartiles(values)
+    colour, dashes = style.SERIES[number], style.DASHES[number]
+    axes.plot(x, median, label=name, color=colour, linestyle=dashes, linewidth=1.2, zorder=3 + number)
+    axes.fill_between(x, low, high, color=colour, alpha=0.2, linewidth=0, zorder=2)
+    return np.array([low, median, high])
+
+
 def draw_smoothed(axes: Axes, x: NDArray, values: NDArray, window: int) -> None:
     """One series (n,): each value, thin, and its rolling mean."""
     if window == 1:

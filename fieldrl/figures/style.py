@@ -31,6 +31,18 @@ DPI = 150
 TEXT, SMALL = 7.5, 7.0  # type sizes [point]
 INK, GREY, PALE = "#222222", "#8a8a8a", "#d9d9d9"
 BLUE, VERMILLION = "#0072B2", "#D55E00"
+SERIES = (
+    BLUE,
+    "#E69F00",
+    "#009E73",
+    "#CC79A7",
+)  # of curves that are compared; vermillion is for what is expected
+DASHES: tuple[Any, ...] = (
+    "-",
+    (0, (5, 1.5)),
+    (0, (1.5, 1)),
+    (0, (4, 1, 1, 1)),
+)  # that tell them apart in grey
 E_TOTAL = "$e_{\\mathrm{total}}$"
 _LEGEND: dict[str, Any] = {"fontsize": SMALL, "labelcolor": INK, "handlelength": 1.6, "borderaxespad": 0.2}
 _DIMENSIONLESS = ("", "1", "dimensionless")
@@ -91,6 +103,12 @@ def label(axes: Axes, x: str = "", y: str = "") -> None:
 def title(axes: Axes, text: str) -> None:
     """A title at the left, as wide as it needs to be."""
     axes.set_title(text, fontsize=TEXT, color=INK, loc="left", pad=4, linespacing=1.25)
+
+
+def letter(axes: Axes, text: str) -> None:
+    """The panel's letter, bold, left of its upper corner."""
+    look: dict[str, Any] = {"fontsize": TEXT + 1, "fontweight": "bold", "color": INK}
+    axes.annotate(text, (0, 1), (-4, 5), "axes fraction", "offset points", ha="right", va="bottom", **look)
 
 
 def legend(axes: Axes, location: Any = "best") -> None:

@@ -1,0 +1,63 @@
+"""The paper's figures, small: what they leave, and that a second time nothing is computed."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from pipelines import experiments, paper
+from pipelines.experiments import Settings
+
+FIGURES = {
+    "figure_2", "figure_3_single_start", "figure_3_global", "figure_4", "figure_4d", "figure_5", "figure_6",
+    "table_1", "convergence", "landscape", "animation",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory) -> Settings:
+    """Everything, made once."""
+    settings = Settings(scale="small", output_dir=str(tmp_path_factory.mktemp("outputs")))
+    paper.make(settings)
+    return settings
+
+
+def notes(settings: Settings) -> dict[str, bytes]:
+    return {path.stem: path.read_bytes() for path in settings.folder.glob("*.json")}
+
+
+@pytest.mark.slow
+def test_every_figure_is_a_pdf_and_a_png_with_a_json_beside_them(made):
+    assert notes(made).keys() >= FIGURES
+    for name in FIGURES:
+        assert (made.folder / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+        assert (made.folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_the_json_names_runs_versions_numbers_and_the_command(made):
+    for name, content in notes(made).items():
+        note = json.loads(content)
+        assert note["command"].startswith("python -m pipelines."), name
+        assert note["versions"]["numpy"]
+        assert note["numbers"]
+        for run in note["runs"]:
+            assert (made.folder.parent / "runs" / run["key"] / "record.nc").exists()
+
+
+@pytest.mark.slow
+def test_a_second_time_nothing_is_computed_and_every_json_has_the_same_bytes(made, monkeypatch):
+    before = notes(made)
+    monkeypatch.setattr(experiments, "recorded", None)
+    for pipeline in (*paper.PIPELINES,):
+        pipeline.make(made)
+    assert notes(made) == before
+
+
+@pytest.mark.slow
+def test_the_animation_is_a_gif_that_moves(made):
+    from PIL import Image
+
+    with Image.open(made.folder / "animation.gif") as animation:
+        assert animation.n_frames > 1
