@@ -16,7 +16,7 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import njit, types
 from numba.extending import intrinsic
 
 _POINTER = types.CPointer(types.float64)
@@ -55,3 +55,12 @@ def _call_flow(typing, address, theta, constants, x, y, t, velocity):
 
 call_model: Any = intrinsic(_call_model)
 call_flow: Any = intrinsic(_call_flow)
+
+
+def loop(function: Any) -> Any:
+    """Compile a loop that allocates nothing; numba then need not count references to its arrays.
+
+    Counting takes longer than the arithmetic where arrays are as small as the unknowns of a fit. An
+    allocation in such a function is refused when it is compiled.
+    """
+    return njit(cache=True, error_model="numpy", _nrt=False)(function)  # pyright: ignore[reportCallIssue]

@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fieldrl.core.compiled import call_model
+from fieldrl.core.compiled import call_model, loop
 
 
 def box_grid(points: int, p: int) -> NDArray[np.float64]:
@@ -76,7 +76,7 @@ def refresh(model, theta, samples, memo):
     return times.size - first
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def _first_change(labels, positions, times, values):
     """The first sample that the memo does not hold, n where it holds all."""
     for j in range(times.size):
@@ -86,7 +86,7 @@ def _first_change(labels, positions, times, values):
     return times.size
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def is_minimum(total, row, g, neighbours):
     """Whether total - row at grid point g is not above any of its axis neighbours."""
     value = total[g] - row[g]
@@ -118,7 +118,7 @@ def lowest_minima(losses, neighbours, chosen):
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def insert(total, row, chosen, found, g):
     """Insert g into the list of the lowest total - row, kept sorted; returns its new length."""
     place, value = min(found, chosen.size - 1), total[g] - row[g]

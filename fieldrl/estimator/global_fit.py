@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from fieldrl.core.compiled import loop
 from fieldrl.estimator.coarse_search import (
     insert,
     is_minimum,
@@ -17,21 +18,14 @@ from fieldrl.estimator.coarse_search import (
     refresh,
     squared_residuals,
 )
-from fieldrl.estimator.levenberg_marquardt import (
-    descend,
-    loss_of,
-    minimise,
-    second_derivatives,
-    spread,
-    workspace,
-)
+from fieldrl.estimator.leave_one_out import FAR, expand, fold_fit, fold_scratch, shift
+from fieldrl.estimator.levenberg_marquardt import copy_point, minimise
+from fieldrl.estimator.normal_equations import spread, workspace
 
 _SAME = 1e-5  # minima closer than this in every scaled unknown are one
-_PROMISING = 4.0  # a known minimum is a start when its loss is below this times the best
 _DETERMINED = 0.07  # a minimum known to this part of a grid cell has no twin closer than the grid sees
 _FEW = 6  # with fewer samples a fold's lowest grid points are starts, local minima or not,
 _MORE = 4  # and so many times the starts are made, for every fold
-_NEAR, _FAR = 1e-6, 1e-3  # first damping from a known minimum, from a grid point
 
 
 @njit(cache=True, error_model="numpy")
@@ -49,7 +43,7 @@ def local_fits(model, samples, tikhonov, weights, stop, u, loss, residuals):
             u[fold],
             residuals[fold],
             jacobian,
-            _FAR,
+            FAR,
             np.inf,
             stop,
             work,
@@ -70,10 +64,10 @@ def global_fit(model, samples, tikhonov, weights, search, starts, stop, u, loss,
     lowest = np.empty(starts, dtype=np.int64)
     found = lowest_minima(_grid_losses(total, grid, n, tikhonov), neighbours, lowest)
     minima, work = _minima(starts, n, p), workspace(n, p)
-    loss[0], best, _, evaluations = _full_fit(
+    loss[0], _, evaluations = _full_fit(
         model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work
     )
-    u[0], residuals[0] = minima[0][best], minima[1][best]
+    u[0], residuals[0] = minima[0][0], minima[1][0]
     return evaluations + len(grid)
 
 
@@ -106,19 +100,19 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     lowest = np.empty(starts, dtype=np.int64)
     found = lowest_minima(_grid_losses(total, grid, n, tikhonov), neighbours, lowest)
     minima, work = _minima(starts, n, p), workspace(n, p)
-    loss[0], best, count, evaluations = _full_fit(
+    loss[0], count, evaluations = _full_fit(
         model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work
     )
-    u[0], residuals[0] = minima[0][best], minima[1][best]
-    _add_second_derivatives(model, samples, weights[0], tikhonov, minima, count, loss[0], work)
+    u[0], residuals[0] = minima[0][0], minima[1][0]
+    expansion = expand(model, samples, minima, count, work)
     open_cells = _open_cells(total, largest, lowest[:found])
     own = np.empty(starts, dtype=np.int64)
-    scratch = np.empty(p), np.empty(n), np.empty((n, p)), np.empty((2, p)), np.empty(p)
-    for fold in range(1, n + 1):
-        extra = _own_minima(total, squared[fold - 1], few, open_cells, lowest[:found], neighbours, own)
-        loss[fold], used = _fold_fit(
-            model, samples, weights[fold], tikhonov, minima, count, grid, own[:extra], cell,
-            stop, work, scratch, u[fold], residuals[fold],
+    scratch = fold_scratch(n, p)
+    for out in range(n):
+        extra = _own_minima(total, squared[out], few, open_cells, lowest[:found], neighbours, own)
+        loss[1 + out], used = fold_fit(
+            model, samples, weights[1 + out], tikhonov, out, minima, expansion, grid, own[:extra], cell,
+            stop, work, scratch, (u[1 + out], residuals[1 + out]),
         )  # fmt: skip
         evaluations += used
     return evaluations + len(grid)
@@ -137,20 +131,20 @@ def _grid_losses(total, grid, n, tikhonov):
 
 @njit(cache=True, error_model="numpy")
 def _minima(starts, n, p):
-    """Room for distinct minima: u, residuals and their first and second derivatives."""
-    room = starts + 2
-    return np.empty((room, p)), np.empty((room, n)), np.empty((room, n, p)), np.zeros((room, n, p, p))
+    """Room for distinct minima: u, residuals and Jacobian."""
+    room = starts + 3
+    return np.empty((room, p)), np.empty((room, n)), np.empty((room, n, p))
 
 
 @njit(cache=True, error_model="numpy")
 def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, stop, work):
     """Descend from the chosen grid points, and beside the best minimum if that is poorly determined;
-    keep the distinct minima with their residuals and Jacobians.
+    keep the distinct minima with their residuals and Jacobians, the best one first.
 
     Returns:
-        Least loss, its place, number of distinct minima, evaluations.
+        Least loss, number of distinct minima, evaluations.
     """
-    places, residuals, jacobians, _ = minima
+    places, residuals, jacobians = minima
     p, count, best, least, evaluations = grid.shape[1], 0, 0, np.inf, 0
     beside, weakest, width = np.empty((2, p)), np.empty(p), 0.0
     for start in range(len(lowest) + 2):
@@ -160,45 +154,33 @@ def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, sto
             break
         else:
             if start == len(lowest):
-                _shift(places[best], weakest, cell, beside)
+                shift(places[best], weakest, cell, beside)
             places[count] = beside[start - len(lowest)]
         reached, used = minimise(
             model, samples, weights, tikhonov, places[count], residuals[count], jacobians[count],
-            _FAR, least, stop, work,
+            FAR, least, stop, work,
         )  # fmt: skip
         evaluations += used
         if _is_new(places, count):
             if reached < least:
                 least, best, width = reached, count, spread(reached, samples[1].size, work, weakest)
             count += 1
-    return least, best, count, evaluations
+    _swap(minima, 0, best)
+    return least, count, evaluations
 
 
-@njit(cache=True, error_model="numpy")
-def _add_second_derivatives(model, samples, weights, tikhonov, minima, count, least, work):
-    """Second derivatives at the minima that the folds are likely to start from, in place."""
-    places, residuals, jacobians, second = minima
-    theta, trial, shifted, spare = work[0][0], work[0][1], work[1][1], work[3][1]
-    for m in range(count):
-        if loss_of(residuals[m], weights, places[m], tikhonov) <= _PROMISING * least:
-            second_derivatives(
-                model, samples, places[m], jacobians[m], trial, theta, shifted, spare, second[m]
-            )
+@loop
+def _swap(minima, first, second):
+    """Exchange two minima; the last place is spare."""
+    places, residuals, jacobians = minima
+    for source, target in ((first, -1), (second, first), (-1, second)):
+        copy_point(
+            places[source], residuals[source], jacobians[source],
+            places[target], residuals[target], jacobians[target],
+        )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy")
-def _shift(u, weakest, cell, beside):
-    """Points one grid cell either way from u along its least determined direction, in the box, (2, p)."""
-    longest = 0.0
-    for k in range(u.size):
-        longest = max(longest, abs(weakest[k]))
-    for k in range(u.size):
-        move = cell * weakest[k] / longest
-        beside[0, k] = min(1.0, max(-1.0, u[k] - move))
-        beside[1, k] = min(1.0, max(-1.0, u[k] + move))
-
-
-@njit(cache=True, error_model="numpy")
+@loop
 def _is_new(places, count):
     """Whether the minimum at ``count`` differs from all before it."""
     for m in range(count):
@@ -219,7 +201,7 @@ def _open_cells(total, largest, lowest):
     return np.flatnonzero(total - largest <= bar)
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def _holds(places, g):
     for place in places:  # noqa: SIM110 - numba compiles no generator expressions
         if place == g:
@@ -227,7 +209,7 @@ def _holds(places, g):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def _own_minima(total, row, few, open_cells, lowest, neighbours, own):
     """Lowest grid points less one sample that are no start of the full fit; returns their number."""
     found = 0
@@ -237,45 +219,3 @@ def _own_minima(total, row, few, open_cells, lowest, neighbours, own):
         if (few or is_minimum(total, row, g, neighbours)) and not _holds(lowest, g):
             found = insert(total, row, own, found, g)
     return found
-
-
-@njit(cache=True, error_model="numpy")
-def _fold_fit(
-    model, samples, weights, tikhonov, minima, known, grid, own, cell, stop, work, scratch, u, residuals
-):
-    """One fold from the full fit's minima, from its own grid minima, and beside the best of these where
-    it is poorly determined. Returns its loss and the evaluations."""
-    trial, trial_residuals, trial_jacobian, beside, weakest = scratch
-    places, kept, jacobians, second = minima
-    chosen = known + len(own)
-    outlook, least, evaluations, width = np.empty(known), np.inf, 0, 0.0
-    for m in range(known):
-        outlook[m] = loss_of(kept[m], weights, places[m], tikhonov)
-    bar = _PROMISING * outlook.min()
-    for start in range(chosen + 2):
-        if start < known:
-            if outlook[start] > bar:
-                continue
-            trial[:], trial_residuals[:], trial_jacobian[:] = places[start], kept[start], jacobians[start]
-            reached, used = descend(
-                model, samples, weights, tikhonov, trial, trial_residuals, trial_jacobian,
-                second[start], True, _NEAR, least, stop, work,
-            )  # fmt: skip
-        else:
-            if start < chosen:
-                trial[:] = grid[own[start - known]]
-            elif width < _DETERMINED * cell:
-                break
-            else:
-                if start == chosen:
-                    _shift(u, weakest, cell, beside)
-                trial[:] = beside[start - chosen]
-            reached, used = minimise(
-                model, samples, weights, tikhonov, trial, trial_residuals, trial_jacobian,
-                _FAR, least, stop, work,
-            )  # fmt: skip
-        evaluations += used
-        if reached < least:
-            least, width = reached, spread(reached, residuals.size - 1, work, weakest)
-            u[:], residuals[:] = trial, trial_residuals
-    return least, evaluations
