@@ -43,19 +43,42 @@ def copy(source, target):
 
 
 @loop
+def _sum(residuals, jacobian, weights, matrix, gradient):
+    """Weighted sums of J^T J (lower triangle) and J^T r over the samples."""
+    gradient[:] = 0.0
+    matrix[:] = 0.0
+    for j in range(residuals.size):
+        for k in range(gradient.size):
+            slope = weights[j] * jacobian[j, k]
+            gradient[k] += slope * residuals[j]
+            for m in range(k + 1):
+                matrix[k, m] += slope * jacobian[j, m]
+
+
+@loop
+def _sum_two(residuals, jacobian, weights, matrix, gradient):
+    """``_sum`` for two unknowns, with the sums in registers: a third of the time."""
+    a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(residuals.size):
+        x, y = jacobian[j, 0], jacobian[j, 1]
+        wx, wy, r = weights[j] * x, weights[j] * y, residuals[j]
+        a += wx * x
+        b += wy * x
+        c += wy * y
+        d += wx * r
+        e += wy * r
+    matrix[0, 0], matrix[1, 0], matrix[1, 1], gradient[0], gradient[1] = a, b, c, d, e
+
+
+@loop
 def assemble(residuals, jacobian, weights, u, scale, tikhonov, state):
     """Lower triangle of H, g and the damping's diagonal at u, written into ``state``; C is added."""
     matrix, curvature, gradient, metric = state
     p = u.size
-    gradient[:] = 0.0
-    matrix[:] = 0.0
-    for j in range(residuals.size):
-        weight = weights[j]
-        for k in range(p):
-            slope = weight * jacobian[j, k]
-            gradient[k] += slope * residuals[j]
-            for m in range(k + 1):
-                matrix[k, m] += slope * jacobian[j, m]
+    if p == 2:
+        _sum_two(residuals, jacobian, weights, matrix, gradient)
+    else:
+        _sum(residuals, jacobian, weights, matrix, gradient)
     for k in range(p):
         gradient[k] = gradient[k] * scale[k] + tikhonov * u[k]
         for m in range(k + 1):

@@ -10,6 +10,7 @@ import pytest
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.least_squares import LeastSquares
+from fieldrl.estimator.normal_equations import _sum, _sum_two
 from fieldrl.estimator.problem import Fit, FitProblem, errors
 from fieldrl.pde.advection import Advection
 from fieldrl.pde.initial import InitialFeature
@@ -188,3 +189,13 @@ def test_a_bad_value_is_refused_by_its_name(key, value):
     with pytest.raises(InvalidValue) as error:
         LeastSquares(**{key: value})
     assert error.value.key == key
+
+
+def test_sums_for_two_unknowns_equal_the_general_ones():
+    rng = np.random.default_rng(0)
+    residuals, jacobian, weights = rng.normal(size=7), rng.normal(size=(7, 2)), rng.uniform(size=7)
+    sums = [(np.zeros((2, 2)), np.zeros(2)) for _ in range(2)]
+    for add, found in zip((_sum, _sum_two), sums, strict=True):
+        add(residuals, jacobian, weights, *found)
+    np.testing.assert_allclose(sums[0][0], sums[1][0], rtol=1e-13)
+    np.testing.assert_allclose(sums[0][1], sums[1][1], rtol=1e-13)
