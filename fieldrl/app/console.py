@@ -13,6 +13,7 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from fieldrl.app.runs import Run
@@ -57,9 +58,20 @@ def beginning(name: str, config: Mapping[str, Any], workers: int) -> None:
     console().print(f"[bold]{name}[/]  {size}")
 
 
-def waiting(name: str) -> None:
+def continued(done: int, total: int) -> None:
+    """One line: the run was interrupted before and goes on."""
+    console().print(f"continued from its last checkpoint: {done} of {total} episodes are done")
+
+
+def note(text: str) -> None:
+    """One line beside the results, such as a warning of a model."""
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"[yellow]{escape(text)}[/]")
+
+
+def waiting(name: str, holder: str) -> None:
     """One line: another process computes the same run."""
-    console().print(f"{name} is being computed by another process; waiting for its result ...")
+    who = f"another process{f' ({holder})' if holder else ''}"
+    console().print(f"{name} is being computed by {who}; waiting for its result ...", soft_wrap=True)
 
 
 @contextmanager
@@ -73,13 +85,16 @@ def compiling() -> Iterator[None]:
         yield
 
 
-def result(summary: Mapping[str, Any], run: Run, problem: str = "", reused: bool = False) -> None:
+def result(
+    summary: Mapping[str, Any], run: Run, problem: str = "", reused: bool = False, continued: bool = False
+) -> None:
     """The table of a result, and where its files are."""
     screen = console()
     if reused:
         screen.print(f"[bold]{run.name}[/]  finished before; force=true computes it again")
     screen.print(table(summary))
-    lines = {"time": f"{summary['seconds']:.1f} s", "files": near(run.folder)}
+    how = ", continued after an interruption" if continued else ""
+    lines = {"time": f"{summary['seconds']:.1f} s{how}", "files": near(run.folder)}
     if (run.folder / "tracking.json").exists():
         lines["MLflow"] = ui_command(run.output_dir)
     for name, text in lines.items():

@@ -29,7 +29,7 @@ def write(path: Path, writer: Callable[[Path], Any]) -> Path:
             "free some space or choose another place with output_dir=FOLDER, then repeat the command"
         ) from error
     finally:
-        _remove(temporary)
+        remove(temporary)
     return path
 
 
@@ -48,7 +48,8 @@ def _replace(temporary: Path, path: Path) -> None:
         os.replace(temporary, path)
 
 
-def _remove(path: Path) -> None:
+def remove(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
     if path.is_dir():
         shutil.rmtree(path, ignore_errors=True)
     else:

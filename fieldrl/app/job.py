@@ -6,15 +6,16 @@ import functools
 import json
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fieldrl import __version__
 from fieldrl.app import config as configuration
-from fieldrl.app import console, files, runs
+from fieldrl.app import console, files, notes, runs
+from fieldrl.app.checkpoints import Checkpoints
 from fieldrl.app.parallel import Workers
-from fieldrl.app.progress import Reporter, board
+from fieldrl.app.replicates import Crew
 from fieldrl.app.runs import Run
 
 if TYPE_CHECKING:
@@ -24,30 +25,6 @@ if TYPE_CHECKING:
     from fieldrl.mission import Mission
 
     Tracker = Publication | Untracked
-
-
-_WARM_STEPS = 3  # enough to enter every compiled loop
-
-
-@dataclass(frozen=True)
-class Replicate:
-    """The work of one replicate, as it is sent to a worker.
-
-    Args:
-        mission: what is done.
-        seed: of the run.
-        reporters: where each replicate tells its progress, (replicates,).
-    """
-
-    mission: Mission
-    seed: int
-    reporters: tuple[Reporter, ...]
-
-    def __call__(self, number: int) -> xr.Dataset:
-        """The record of replicate ``number``."""
-        from fieldrl.mission import run_replicate
-
-        return run_replicate(self.mission, self.seed, number, self.reporters[number].open())
 
 
 @dataclass(frozen=True)
@@ -84,10 +61,11 @@ def perform(job: Job) -> dict[str, Any]:
     Returns:
         The summary.
     """
-    summary = None if job.config["force"] else job.run.summary()
-    if summary is None:
-        return _perform(job)
-    return _reuse(job, summary)
+    with notes.told(console.note):
+        summary = None if job.config["force"] else job.run.summary()
+        if summary is None:
+            return _perform(job)
+        return _reuse(job, summary)
 
 
 def _perform(job: Job) -> dict[str, Any]:
@@ -97,11 +75,12 @@ def _perform(job: Job) -> dict[str, Any]:
     started = time.time()
     publication = job.tracking.start(job.run.output_dir)
     try:
-        mission = setup.mission(job.config)
-        with job.run.held(lambda: console.waiting(job.run.name)) as waited:
+        checkpoints = Checkpoints(job.run.folder / "checkpoints", job.run.key)
+        mission = setup.mission(job.config, checkpoints.solves)
+        with job.run.held(lambda holder: console.waiting(job.run.name, holder)) as waited:
             done = job.run.summary() if waited or not job.config["force"] else None
             if done is None:
-                return _compute(job, mission, publication, started)
+                return _compute(job, mission, checkpoints, publication, started)
         publication.abandon()
         return _reuse(job, done)
     except BaseException:
@@ -109,65 +88,71 @@ def _perform(job: Job) -> dict[str, Any]:
         raise
 
 
-def _compute(job: Job, mission: Mission, publication: Tracker, started: float) -> dict[str, Any]:
+def _compute(
+    job: Job, mission: Mission, checkpoints: Checkpoints, publication: Tracker, started: float
+) -> dict[str, Any]:
     """Compute, write everything with the summary last, then end the tracking."""
     from fieldrl.app import metrics
     from fieldrl.figures import draw_run
     from fieldrl.mission import summarise
 
+    job.run.tidy()
+    if job.config["force"]:
+        checkpoints.remove()
+    kept = checkpoints.survey(job.config["replicates"])
+    before = max((one.seconds for one in kept.values()), default=0.0)
     console.beginning(job.run.name, job.config, job.workers.count(job.config["replicates"]))
+    if kept:
+        console.continued(sum(one.episodes for one in kept.values()), _episodes(job))
     _begin(job, publication)
-    record = _record(job, mission, publication)
+    record = _record(job, mission, checkpoints, publication, before)
     for name, text in job.hydra.items():
         job.run.write(f".hydra/{name}", functools.partial(files.write_text, text))
     job.run.write("record.nc", functools.partial(record.to_netcdf, engine="h5netcdf"))
     job.run.write("figures", functools.partial(draw_run, record))
     each = metrics.each(record)
     extra = {"late_e_total": metrics.late(each), "greedy": metrics.greedy(each)}
-    extra |= {"noise": record.attrs["noise"], "seconds": round(time.time() - started, 3)}
+    extra |= {"noise": record.attrs["noise"], "seconds": round(before + time.time() - started, 3)}
     summary = _heading(job) | summarise(record) | extra
     job.run.write("summary.json", functools.partial(files.write_text, json.dumps(summary, indent=2) + "\n"))
+    checkpoints.remove()
     problem = publication.finish(job.run.folder, metrics.final(summary), metrics.middle(each))
-    console.result(summary, job.run, problem)
+    console.result(summary, job.run, problem, continued=bool(kept))
     return summary
 
 
-def _record(job: Job, mission: Mission, publication: Tracker) -> xr.Dataset:
-    """Compute every replicate, showing progress; each is told to the tracking when it is finished."""
+def _record(
+    job: Job, mission: Mission, checkpoints: Checkpoints, publication: Tracker, before: float
+) -> xr.Dataset:
+    """Compute every replicate; each is told to the tracking when it is finished."""
     import numpy as np
 
     from fieldrl.app import metrics
     from fieldrl.mission import combine
 
-    found: dict[int, xr.Dataset] = {}
     parameters = mission.water.parameters
     known = parameters.names, np.array(parameters.true or np.full(len(parameters), np.nan))
-    replicates, episodes = job.config["replicates"], job.config["episodes"]
-    if job.workers.count(replicates) > 1:
-        _warm(mission)
-    with board(replicates, episodes, console.console(bar=True)) as reporter:
-        task = Replicate(mission, job.config["seed"], tuple(reporter(i) for i in range(replicates)))
-        for number, replicate in job.workers.run(task, replicates):
-            found[number] = replicate
-            series = metrics.series(replicate, *known)
-            publication.replicate(number, series, metrics.evaluation(replicate, *known))
-    record = combine([found[number] for number in range(replicates)], mission)
+
+    def publish(number: int, replicate: xr.Dataset) -> None:
+        publication.replicate(
+            number, metrics.series(replicate, *known), metrics.evaluation(replicate, *known)
+        )
+
+    crew = Crew(job.workers, job.config["replicates"], publish)
+    record = combine(crew.compute(mission, job.config["seed"], checkpoints, before), mission)
     return record.assign_attrs(
         experiment=job.run.experiment, key=job.run.key, seed=job.config["seed"], version=__version__
     )
 
 
-def _warm(mission: Mission) -> None:
-    """Have every loop compiled and on disk before many workers ask for the same ones."""
-    from fieldrl.mission import run_replicate
-
-    with console.compiling():
-        steps = min(mission.steps, _WARM_STEPS)
-        run_replicate(replace(mission, episodes=1, steps=steps, evaluation_episodes=1), 0, 0)
+def _episodes(job: Job) -> int:
+    """All episodes of the run, evaluation included."""
+    return job.config["replicates"] * (job.config["episodes"] + job.config["evaluation_episodes"])
 
 
 def _reuse(job: Job, summary: dict[str, Any]) -> dict[str, Any]:
     """Show a finished run; publish it where that was not done."""
+    Checkpoints(job.run.folder / "checkpoints", job.run.key).remove()
     problem = _publish(job, summary) if job.tracking.wanted(job.run.folder) else ""
     console.result(summary, job.run, problem, reused=True)
     return summary

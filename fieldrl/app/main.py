@@ -34,9 +34,7 @@ def _guarded(arguments: list[str]) -> int:
 
         launch(arguments, full_error)
     except KeyboardInterrupt:
-        print(
-            "\ninterrupted; finished runs are kept, the same command starts this one again", file=sys.stderr
-        )
+        print("\ninterrupted; finished runs are kept, the same command continues this one", file=sys.stderr)
         return 130
     except Exception as error:
         if full_error:

@@ -2,19 +2,44 @@
 
 from __future__ import annotations
 
+import functools
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from typing import Any
 
 from fieldrl.core import checks
-from fieldrl.core.checks import InvalidValue
+from fieldrl.core.checks import FieldrlError, InvalidValue
 
 Task = Callable[[int], Any]
 """A replicate's work: its number in, its result out. It must be picklable."""
+
+
+_GLANCE = 0.2  # how often a worker looks whether its parent lives [s]
+
+
+class WorkersKilled(FieldrlError):
+    """A worker process ended without having been told to.
+
+    Args:
+        reason: what is known of it, one line.
+    """
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+    def __str__(self) -> str:
+        return (
+            f"{self.reason}, and again when it was tried once more\n"
+            "what is finished is kept: the same command continues; parallel.jobs=1 needs the least memory"
+        )
 
 
 @dataclass(frozen=True)
@@ -38,29 +63,42 @@ class Workers:
             return 1
         return min(tasks, cores() if self.jobs == -1 else self.jobs)
 
-    def run(self, task: Task, tasks: int) -> Iterator[tuple[int, Any]]:
-        """Yield (number, result) of each task as it is finished.
+    def run(self, task: Task, numbers: Sequence[int]) -> Iterator[tuple[int, Any]]:
+        """Yield (number, result) of the task for each number as it is finished.
 
         The order depends on the machine, the results do not.
+
+        Raises:
+            WorkersKilled: a worker process was killed; what was yielded before is complete.
         """
-        if self.count(tasks) == 1:
-            return (_single_threaded(task, number) for number in range(tasks))
-        return self._fan_out(task, tasks)
+        if self.count(len(numbers)) <= 1:
+            return (_single_threaded(task, number) for number in numbers)
+        return self._fan_out(task, numbers)
 
-    def _fan_out(self, task: Task, tasks: int) -> Iterator[tuple[int, Any]]:
+    def _fan_out(self, task: Task, numbers: Sequence[int]) -> Iterator[tuple[int, Any]]:
         import joblib
+        from joblib.externals.loky import BrokenProcessPool
 
-        jobs = self.count(tasks)
-        with joblib.parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
-            parallel: Any = joblib.Parallel(return_as="generator_unordered", pre_dispatch="all")
-            with uninterrupted():
-                results = parallel(joblib.delayed(_single_threaded)(task, number) for number in range(tasks))
-            yield from results
+        jobs = self.count(len(numbers))
+        try:
+            with joblib.parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+                parallel: Any = joblib.Parallel(return_as="generator_unordered", pre_dispatch="all")
+                with uninterrupted():
+                    results = parallel(joblib.delayed(_in_worker)(task, number) for number in numbers)
+                yield from results
+        except BrokenProcessPool as error:
+            raise WorkersKilled("a worker process was killed (out of memory?)") from error
 
 
 def cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _loky_tracker() -> Any:
+    from joblib.externals.loky.backend import resource_tracker as tracker
+
+    return tracker
 
 
 @contextmanager
@@ -69,11 +107,31 @@ def uninterrupted() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    for tracker in (resource_tracker, _loky_tracker()):
+        tracker.ensure_running()  # starting one ends the mask
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _in_worker(task: Task, number: int) -> tuple[int, Any]:
+    """A task in a worker process, which ends with the run: a run that was killed computes no longer."""
+    _end_with_parent()
+    return _single_threaded(task, number)
+
+
+@functools.cache
+def _end_with_parent() -> None:
+    parent = os.getppid()
+
+    def follow() -> None:
+        while os.getppid() == parent:
+            time.sleep(_GLANCE)
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
 
 
 def _single_threaded(task: Task, number: int) -> tuple[int, Any]:

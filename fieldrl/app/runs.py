@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import platform
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,24 +92,32 @@ class Run:
         return files.write(self.folder / name, writer)
 
     @contextmanager
-    def held(self, waiting: Callable[[], Any]) -> Iterator[bool]:
+    def held(self, waiting: Callable[[str], Any]) -> Iterator[bool]:
         """Hold the run, so that no other process computes it.
 
         Yields:
-            Whether another process held it; ``waiting`` is called before waiting for that.
+            Whether another process held it; ``waiting`` is told who does before waiting for that.
         """
-        lock = FileLock(self._locks() / f"{self.name}.lock")
+        lock, holder = FileLock(self._locks() / f"{self.name}.lock"), self._locks() / f"{self.name}.holder"
         waited = False
         try:
             lock.acquire(timeout=0)
         except Timeout:
             waited = True
-            waiting()
+            waiting(_text(holder))
             lock.acquire()
         try:
+            with suppress(OSError):
+                holder.write_text(f"process {os.getpid()} on {platform.node()}")
             yield waited
         finally:
+            holder.unlink(missing_ok=True)
             lock.release()
+
+    def tidy(self) -> None:
+        """Remove what a killed process left half written; only for who holds the run."""
+        for path in self.folder.glob(".*.tmp"):
+            files.remove(path)
 
     def _locks(self) -> Path:
         """The folder of the lock files, made where it is missing."""
@@ -118,3 +128,11 @@ class Run:
             rule, remedy = f"cannot be written ({error.strerror})", "choose another folder"
             raise InvalidValue("output_dir", str(self.output_dir), rule, remedy=remedy) from error
         return folder
+
+
+def _text(path: Path) -> str:
+    """What a small file says; nothing where it cannot be read."""
+    try:
+        return path.read_text()
+    except OSError:
+        return ""

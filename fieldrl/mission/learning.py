@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,7 +19,10 @@ Report = Callable[[int, float, float], None]
 
 
 class Replicate:
-    """One independent learning run, episode by episode.
+    """One independent learning run, episode by episode: learning, evaluation, then the pooled estimate.
+
+    ``state`` and ``restore`` are exact: a replicate that is restored goes on bit for bit as the one that the
+    state was taken from. What only saves computing again (stores of solves) is no part of the state.
 
     Args:
         mission: what is done.
@@ -38,6 +42,63 @@ class Replicate:
         p = len(mission.water.parameters)
         self.learning = EpisodeLog(mission.episodes, mission.steps, p)
         self.evaluation = EpisodeLog(mission.evaluation_episodes, mission.steps, p)
+        self.learned = self.evaluated = 0
+        self.pooled: NDArray[np.float64] | None = None
+
+    @property
+    def episodes(self) -> int:
+        """Episodes that are done, evaluation included."""
+        return self.learned + self.evaluated
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing is left but the record."""
+        return self.pooled is not None
+
+    def advance(self) -> None:
+        """The next episode or, after the last, the pooled estimate."""
+        if self.learned < self.mission.episodes:
+            self.learn(self.learned)
+            self.learned += 1
+        elif self.evaluated < self.mission.evaluation_episodes:
+            self.evaluate(self.evaluated)
+            self.evaluated += 1
+        else:
+            self.pooled = self.pool()
+
+    def state(self) -> dict[str, Any]:
+        """Everything that the next episodes and the record depend on, between two episodes.
+
+        Returns:
+            Nested dicts of arrays, numbers and text, not copied: write it down before ``advance``.
+        """
+        return {
+            "agent": self.agent_state,
+            "exploration": self.exploration.bit_generator.state,
+            "sensor": self.environment.np_random.bit_generator.state,
+            "known": self.environment.known,
+            "learning": self.learning.state(),
+            "evaluation": self.evaluation.state(),
+            "learned": self.learned,
+            "evaluated": self.evaluated,
+            "pooled": np.empty(0) if self.pooled is None else self.pooled,
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a ``state`` of the same mission, seed and number."""
+        self.agent_state = state["agent"]
+        self.exploration.bit_generator.state = state["exploration"]
+        self.environment.np_random.bit_generator.state = state["sensor"]
+        self.environment.known = state["known"]
+        self.learning.restore(state["learning"])
+        self.evaluation.restore(state["evaluation"])
+        self.learned, self.evaluated = state["learned"], state["evaluated"]
+        self.pooled = state["pooled"] if len(state["pooled"]) else None
+
+    def report(self, report: Report) -> None:
+        """Tell (episode, return, e_total) of the last learning episode."""
+        last, values = self.learned - 1, self.learning.values
+        report(last, values["reward"][last].sum(), values["e_total"][last, -1])
 
     def learn(self, episode: int) -> None:
         """One learning episode, Algorithm 1."""
@@ -73,11 +134,20 @@ class Replicate:
         return estimator.fit(problem).theta[0]
 
     def record(self) -> xr.Dataset:
-        """What the replicate leaves, once all its episodes are done."""
-        return replicate_record(self.mission, self.learning, self.evaluation, self.pool())
+        """What a finished replicate leaves."""
+        if self.pooled is None:
+            raise RuntimeError("a replicate has a record when it is finished")
+        return replicate_record(self.mission, self.learning, self.evaluation, self.pooled)
 
 
-def run_replicate(mission: Mission, seed: int, number: int, report: Report | None = None) -> xr.Dataset:
+def run_replicate(
+    mission: Mission,
+    seed: int,
+    number: int,
+    report: Report | None = None,
+    keep: Callable[[Replicate], Any] | None = None,
+    state: dict[str, Any] | None = None,
+) -> xr.Dataset:
     """Learn, evaluate, and return the record of one replicate.
 
     Args:
@@ -85,13 +155,19 @@ def run_replicate(mission: Mission, seed: int, number: int, report: Report | Non
         seed: of the run.
         number: which replicate.
         report: told (episode, return, e_total) after each learning episode.
+        keep: given the replicate after each episode and at its end; may take its state.
+        state: where to go on from; None: the beginning.
     """
     replicate = Replicate(mission, seed, number)
-    for episode in range(mission.episodes):
-        replicate.learn(episode)
-        if report is not None:
-            values = replicate.learning.values
-            report(episode, values["reward"][episode].sum(), values["e_total"][episode, -1])
-    for episode in range(mission.evaluation_episodes):
-        replicate.evaluate(episode)
-    return replicate.record()
+    if state is not None:
+        replicate.restore(state)
+    told = 0
+    while True:
+        if report is not None and replicate.learned > told:
+            replicate.report(report)
+            told = replicate.learned
+        if replicate.finished:
+            return replicate.record()
+        replicate.advance()
+        if keep is not None:
+            keep(replicate)

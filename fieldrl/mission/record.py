@@ -57,6 +57,25 @@ class EpisodeLog:
         if info["course"] is not None and len(info["course"].loss):
             self.courses[at] = info["course"]
 
+    def state(self) -> dict[str, Any]:
+        """The arrays and, one after the other, the courses of the fits: plain arrays."""
+        courses, p = list(self.courses.values()), self.values["theta"].shape[-1]
+        return {
+            "values": self.values,
+            "course_at": np.array(list(self.courses), dtype=np.int64).reshape(-1, 2),
+            "course_solves": np.array([len(course.loss) for course in courses], dtype=np.int64),
+            "course_theta": np.concatenate([np.empty((0, p)), *(course.theta for course in courses)]),
+            "course_loss": np.concatenate([np.empty(0), *(course.loss for course in courses)]),
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Take what ``state`` gave."""
+        self.values = state["values"]
+        ends = np.cumsum(state["course_solves"])[:-1]
+        parts = np.split(state["course_theta"], ends), np.split(state["course_loss"], ends)
+        courses = (Optimisation(theta, loss) for theta, loss in zip(*parts, strict=True))
+        self.courses = dict(zip(((int(e), int(s)) for e, s in state["course_at"]), courses, strict=False))
+
     def dataset(self, prefix: str = "") -> xr.Dataset:
         """The arrays with names, units and dimensions; ``prefix`` before each name and the episode."""
         episode = f"{prefix}episode"

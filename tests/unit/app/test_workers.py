@@ -18,7 +18,7 @@ def test_there_are_never_more_workers_than_tasks(monkeypatch):
 
 
 def test_one_job_stays_in_this_process():
-    assert list(Workers(1).run(lambda number: (number, os.getpid()), 2)) == [
+    assert list(Workers(1).run(lambda number: (number, os.getpid()), [0, 1])) == [
         (0, (0, os.getpid())),
         (1, (1, os.getpid())),
     ]
