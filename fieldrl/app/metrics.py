@@ -11,16 +11,19 @@ from numpy.typing import ArrayLike, NDArray
 
 Series = dict[str, NDArray[np.float64]]
 
+_FITS = "fit/"  # metrics by solve, of which every replicate has its own number
+
 
 def series(replicate: xr.Dataset, names: Sequence[str], true: ArrayLike) -> Series:
-    """Metrics of a replicate by learning episode, each (episodes,).
+    """Metrics of a replicate by learning episode, each (episodes,), and the course of its fits by solve.
 
     Args:
         replicate: a record without the dimension replicate.
         names: of the parameters, (p,).
         true: their true values, (p,), NaN where nobody knows them.
     """
-    return _by_episode(replicate, "", names, true)
+    solves = {"forward_solves": np.asarray(replicate["forward_solves"].values, dtype=float)}
+    return _by_episode(replicate, "", names, true) | solves | _course(replicate)
 
 
 def evaluation(replicate: xr.Dataset, names: Sequence[str], true: ArrayLike) -> Series:
@@ -39,9 +42,10 @@ def each(record: xr.Dataset) -> list[tuple[Series, Series]]:
 
 
 def middle(replicates: Sequence[tuple[Series, Series]]) -> Series:
-    """Medians over the replicates of ``each``, episode by episode."""
+    """Medians over the replicates of ``each``, episode by episode; without the course of the fits."""
     merged = [learning | greedy for learning, greedy in replicates]
-    return {name: np.median([found[name] for found in merged], axis=0) for name in merged[0]}
+    names = [name for name in merged[0] if not name.startswith(_FITS)]
+    return {name: np.median([found[name] for found in merged], axis=0) for name in names}
 
 
 def greedy(replicates: Sequence[tuple[Series, Series]]) -> list[dict[str, float]]:
@@ -82,3 +86,12 @@ def _by_episode(replicate: xr.Dataset, prefix: str, names: Sequence[str], true: 
     found |= {f"theta.{name}": theta[:, i] for i, name in enumerate(names)}
     error = np.linalg.norm(theta - np.asarray(true), axis=-1)
     return found if np.isnan(error).all() else found | {"theta_error": error}
+
+
+def _course(replicate: xr.Dataset) -> Series:
+    """Loss of every solve, and the least so far in its fit, one fit after the other, each (solves,)."""
+    if "trace_best" not in replicate:
+        return {}
+    loss, best = replicate["trace_loss"].values.ravel(), replicate["trace_best"].values.ravel()
+    solved = np.isfinite(best) & np.isfinite(loss)
+    return {f"{_FITS}loss": loss[solved], f"{_FITS}best_loss": best[solved]}

@@ -20,6 +20,7 @@ def record() -> xr.Dataset:
             variables[prefix + name] = (dims, rng.random((2, episodes, 3)))
         variables[f"{prefix}theta"] = ((*dims, "parameter"), rng.random((2, episodes, 3, 1)))
         variables[f"{prefix}return"] = (dims[:2], rng.random((2, episodes)))
+    variables["forward_solves"] = (("replicate", "episode"), rng.integers(1, 9, (2, 4)))
     return xr.Dataset(variables | {"true": ("parameter", [0.5])}, {"parameter": ["mu"]})
 
 
@@ -48,3 +49,15 @@ def test_without_evaluation_episodes_there_is_nothing_greedy(record):
 
 def test_the_late_total_error_is_the_mean_of_the_last_quarter(record):
     assert metrics.late(metrics.each(record)) == pytest.approx(record["e_total"][:, -1, -1].values)
+
+
+def test_the_course_of_the_fits_is_told_solve_by_solve_without_padding_and_failures(record):
+    loss = np.full((2, 4, 3, 2), np.nan)
+    loss[0, 0, 0], loss[0, 1, 2] = [3.0, 2.0], [np.nan, 1.0]
+    best = np.fmin.accumulate(loss, axis=-1)
+    dims = ("replicate", "episode", "step", "solve")
+    traced = record.assign(trace_loss=(dims, loss), trace_best=(dims, best))
+    learning, _ = metrics.each(traced)[0]
+    np.testing.assert_array_equal(learning["fit/loss"], [3.0, 2.0, 1.0])
+    np.testing.assert_array_equal(learning["fit/best_loss"], [3.0, 2.0, 1.0])
+    assert "fit/loss" not in metrics.middle(metrics.each(traced))
