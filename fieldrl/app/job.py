@@ -180,6 +180,7 @@ def _begin(job: Job, publication: Tracker) -> None:
         config=job.config,
         tags={"key": job.run.key, "version": __version__, "status": "running", "folder": str(job.run.folder)},
         replicates=job.config["replicates"],
+        afresh=job.config["force"],
     )
 
 

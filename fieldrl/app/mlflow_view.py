@@ -1,8 +1,9 @@
 """A run as MLflow shows it: a parent run, and a child for each replicate where there are several.
 
-The only file that imports MLflow. A metric costs ``log_batch`` about 140 microseconds of SQLAlchemy and a
-plain insert 12: on a database of our own the rows of ``metrics`` and ``latest_metrics`` are inserted through
-MLflow's own table definitions, and by ``log_batch`` where that is not possible.
+Only this file, ``interrupted.py`` and those of sweeps import MLflow. A metric costs ``log_batch`` about 140
+microseconds of SQLAlchemy and a plain insert 12: on a database of our own the rows of ``metrics`` and
+``latest_metrics`` are inserted through MLflow's own table definitions, and by ``log_batch`` where that is
+not possible.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from filelock import FileLock
 from mlflow.entities import Metric, Param
 from mlflow.exceptions import MlflowException
 from mlflow.tracking import MlflowClient
+
+from fieldrl.app import interrupted, processes
 
 _BATCH, _PARAMS = 1000, 100
 """Most metrics and parameters that MLflow takes in one call."""
@@ -52,22 +55,34 @@ class View:
         config: Mapping[str, Any],
         tags: Mapping[str, str],
         replicates: int,
+        afresh: bool = False,
     ) -> View:
-        """Create experiment and runs, with the configuration as parameters."""
+        """Create experiment and runs, with the configuration as parameters, or continue what was interrupted.
+
+        Runs of the same key whose process is gone are ended as KILLED; the last of them is continued, under
+        its own id, unless the run begins ``afresh``.
+        """
         client, experiment_id = connect(uri, Path(output_dir), experiment)
-        tags = dict(tags) | source()
-        parent = client.create_run(experiment_id, run_name=name, tags=tags).info.run_id
-        log_config(client, parent, config)
+        tags = dict(tags) | source() | processes.identity()
+        left = interrupted.runs(client, experiment_id, tags["key"])
+        known = left[0] if left and not afresh else None
+        parent = interrupted.begun(client, experiment_id, name, tags, known)
+        log_config(client, parent, config, known.data.params if known else {})
         if replicates == 1:
             return cls(client, parent, [parent])
         nested = tags | {"mlflow.parentRunId": parent}
+        children = interrupted.children(client, experiment_id, parent) if known else {}
         runs = [
-            client.create_run(
-                experiment_id, run_name=f"{name} replicate {i}", tags=nested | {"replicate": str(i)}
+            interrupted.begun(
+                client,
+                experiment_id,
+                f"{name} replicate {i}",
+                nested | {"replicate": str(i)},
+                children.get(str(i)),
             )
             for i in range(replicates)
         ]
-        return cls(client, parent, [run.info.run_id for run in runs])
+        return cls(client, parent, runs)
 
     def replicate(self, number: int, series: Mapping[str, Any], evaluation: Mapping[str, Any]) -> None:
         """Metrics of a finished replicate, by learning episode and by evaluation episode."""
@@ -134,9 +149,12 @@ def connect(uri: str | None, output_dir: Path, experiment: str) -> tuple[MlflowC
         return client, client.create_experiment(experiment, artifact_location=place, tags=_KIND)
 
 
-def log_config(client: MlflowClient, run_id: str, config: Mapping[str, Any]) -> None:
-    """Every value of a nested configuration as a parameter."""
+def log_config(
+    client: MlflowClient, run_id: str, config: Mapping[str, Any], known: Mapping[str, str] | None = None
+) -> None:
+    """Every value of a nested configuration as a parameter, but for those that are ``known`` by MLflow."""
     params = [Param(_key(key), _text(value)) for key, value in flatten(config).items()]
+    params = [param for param in params if param.key not in (known or {})]
     for i in range(0, len(params), _PARAMS):
         client.log_batch(run_id, params=params[i : i + _PARAMS])
 
@@ -151,11 +169,12 @@ def flatten(config: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def log_series(client: MlflowClient, run_id: str, series: Mapping[str, Any]) -> None:
-    """Metrics by name, each (steps,), all in one go."""
-    now = int(time.time() * 1000)
+    """Metrics by name, each (steps,), all in one go; nothing is logged twice."""
+    now, known = int(time.time() * 1000), client.get_run(run_id).data.metrics
     metrics = [
         Metric(_key(name), float(value), now, step)
         for name, values in series.items()
+        if _key(name) not in known
         for step, value in enumerate(np.asarray(values, dtype=float))
     ]
     if not metrics or _insert(client, run_id, metrics):

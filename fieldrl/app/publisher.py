@@ -13,12 +13,15 @@ import queue
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO
 
 Message = tuple[str, dict[str, Any]]
+
+_LOCKED = 300.0  # how long a database may stay locked [s]; the run waits no longer than its own patience
 
 
 def main() -> None:
@@ -72,12 +75,14 @@ def _publish(incoming: Iterator[Message]) -> str:
     try:
         for kind, content in incoming:
             if kind == "begin":
-                view = View.create(**content)
+                if content.pop("process", os.getppid()) != os.getppid():
+                    return ""  # the run was killed while this process was importing
+                view = patiently(View.create, **content)
             elif view is not None and kind == "replicate":
-                view.replicate(**content)
+                patiently(view.replicate, **content)
             elif view is not None and kind == "finish":
                 folder = Path(content["folder"])
-                view.finish(folder, content["metrics"], content["series"])
+                patiently(view.finish, folder, content["metrics"], content["series"])
                 (folder / "tracking.json").write_text(json.dumps({"run_id": view.run_id}) + "\n")
                 return view.run_id
     except BaseException:
@@ -90,7 +95,19 @@ def _publish(incoming: Iterator[Message]) -> str:
 def _end(view: Any, status: str) -> None:
     if view is not None:
         with suppress(Exception):
-            view.end(status)
+            patiently(view.end, status)
+
+
+def patiently(action: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """``action(...)``, again and again while another process has the database locked; it may run twice."""
+    end = time.monotonic() + _LOCKED
+    while True:
+        try:
+            return action(*args, **kwargs)
+        except Exception as error:
+            if "database is locked" not in str(error) or time.monotonic() > end:
+                raise
+        time.sleep(0.5)
 
 
 def one_line(error: BaseException) -> str:

@@ -114,9 +114,10 @@ class Publication:
         )
 
     def begin(self, **run: Any) -> None:
-        """Create the MLflow runs: experiment, name, config, tags, replicates."""
+        """Create the MLflow runs, or continue them: experiment, name, config, tags, replicates, afresh."""
         self._begun = True
-        self._send("begin", uri=self._uri, output_dir=str(self._output_dir), **run)
+        where = {"uri": self._uri, "output_dir": str(self._output_dir)}
+        self._send("begin", process=os.getpid(), **where, **run)
 
     def replicate(self, number: int, series: Series, evaluation: Series) -> None:
         """One replicate is complete: its metrics by learning and by evaluation episode."""
