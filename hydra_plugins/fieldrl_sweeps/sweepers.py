@@ -44,3 +44,22 @@ class Grid(Fieldrl):
 
         objective = Objective(self.objective, self.direction)
         grid.run(self._master, self._context.config_loader, self._runner(), arguments, objective)
+
+
+class GaussianProcess(Fieldrl):
+    """``hydra/sweeper=gp``: Bayesian optimisation of the values given as intervals, ranges and choices.
+
+    Args:
+        settings: see ``fieldrl.app.sweeps.search.Settings``, with objective and direction apart.
+    """
+
+    def __init__(self, objective: str, direction: str, **settings: Any) -> None:
+        self.objective, self.direction, self.settings = objective, direction, settings
+
+    def sweep(self, arguments: list[str]) -> None:
+        """Search until there have been enough trials."""
+        from fieldrl.app.sweeps import search
+        from fieldrl.app.sweeps.objective import Objective
+
+        settings = search.Settings(Objective(self.objective, self.direction), **self.settings)
+        search.run(self._master, self._context.config_loader, self._runner(), arguments, settings)

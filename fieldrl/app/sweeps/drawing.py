@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fieldrl import __version__
 from fieldrl.app.sweeps.objective import Objective
 from fieldrl.app.sweeps.results import Row
+
+if TYPE_CHECKING:
+    from fieldrl.app.sweeps.proposals import Trial
+    from fieldrl.app.sweeps.search import Settings
+    from fieldrl.app.sweeps.space import Space
 
 _SEED = "seed"
 
@@ -38,6 +43,41 @@ def draw_grid(rows: Sequence[Row], varied: Sequence[str], objective: Objective, 
         cells = [[found(rows, {keys[0]: y, keys[1]: x}) for x in at[1]] for y in at[0]]
         drawing = sweeps.heat_map_figure((keys[0], keys[1]), (at[0], at[1]), cells, objective.path)
     files.save_noted(drawing, folder / "results.png", provenance("results.png", rows))
+
+
+def draw_search(
+    rows: Sequence[Row], folder: Path, trials: Sequence[Trial], space: Space, settings: Settings
+) -> None:
+    """The course of a search and how its objective depends on each key; nothing where every job failed.
+
+    Args:
+        rows: of all jobs.
+        folder: where to, it exists.
+        trials: points and losses, in the order of the rows.
+        space: what was searched.
+        settings: of the search.
+    """
+    from fieldrl.app.sweeps.proposals import dependence
+    from fieldrl.figures import files, search
+
+    values = [row.value for row in rows]
+    if all(value is None for value in values):
+        return
+    path, sign = settings.objective.path, settings.objective.loss(1.0)
+    drawing = search.convergence_figure(values, sign, path, settings.n_initial)
+    files.save_noted(drawing, folder / "convergence.png", provenance("convergence.png", rows))
+    curves = dependence(space, trials, settings.seed) if len(trials) > 1 else [([], [])] * len(space.keys)
+    panels = [
+        search.Panel(
+            key, [point[i] for point, _ in trials], places, [sign * loss for loss in mean],
+            dimension.log, dimension.choices,
+        )
+        for i, (key, dimension, (places, mean)) in enumerate(
+            zip(space.keys, space.dimensions, curves, strict=True)
+        )
+    ]  # fmt: skip
+    drawing = search.dependence_figure(panels, values, path)
+    files.save_noted(drawing, folder / "dependence.png", provenance("dependence.png", rows))
 
 
 def found(rows: Sequence[Row], at: dict[str, str]) -> list[float]:

@@ -30,13 +30,15 @@ class Objective:
     direction: str
 
     def __post_init__(self) -> None:
-        checks.one_of("direction", self.direction, DIRECTIONS)
+        checks.one_of("hydra.sweeper.direction", self.direction, DIRECTIONS)
 
     def check(self, known: Collection[str]) -> None:
         """Refuse a path that no summary of these runs will have; ``known``: see ``known_paths``."""
         if self.path not in known:
             remedy = f"choose one of {', '.join(sorted(known))}"
-            raise InvalidValue("objective", self.path, "no such number in summary.json", remedy=remedy)
+            raise InvalidValue(
+                "hydra.sweeper.objective", self.path, "no such number in summary.json", remedy=remedy
+            )
 
     def values(self, summary: Mapping[str, Any]) -> tuple[float, ...]:
         """Every finite number at the path: one, or one for each item of a list."""

@@ -33,7 +33,9 @@ def waiting(sweep: Sweep) -> None:
 
 def job(row: Row, done: int, jobs: int, objective: Objective, best: Row | None = None) -> None:
     """One line about a job that ended; with the ``best`` so far where it is not the first."""
-    place = f"[dim]{done:>{len(str(jobs))}}/{jobs}[/]  {escape(row.label)}"
+    names = _short(list(row.varied))
+    label = " ".join(f"{names[key]}={value}" for key, value in row.varied.items()) or row.label
+    place = f"[dim]{done:>{len(str(jobs))}}/{jobs}[/]  {escape(label)}"
     if row.reason:
         text = f"{place}  [red]failed[/]: {escape(row.reason.splitlines()[0])}"
     else:
@@ -79,11 +81,10 @@ def ending(sweep: Sweep, found: Row | None, tracked: bool, problem: str) -> None
 
 def _results(rows: Sequence[Row], objective: Objective, best: Row | None) -> Table:
     keys = list(dict.fromkeys(key for row in rows for key in row.varied))
-    shown = _table(
-        [*_short(keys).values(), objective.path, "e_total", "|estimate - true|", "time"], len(keys)
-    )
+    others = [name for name in ("e_total", "theta_error") if name != objective.path]
+    shown = _table([*_short(keys).values(), objective.path, *others, "time"], len(keys))
     for row in rows:
-        numbers = [row.value, row.summary.get("e_total"), row.summary.get("theta_error")]
+        numbers = [row.value, *(row.summary.get(name) for name in others)]
         cells = [*(escape(row.varied.get(key, "")) for key in keys), *(_number(value) for value in numbers)]
         style = "bold" if row is best else None
         shown.add_row(*cells, f"{row.summary.get('seconds', 0.0):.1f} s", style=style)
