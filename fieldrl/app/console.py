@@ -65,6 +65,8 @@ def continued(done: int, total: int) -> None:
 
 def note(text: str) -> None:
     """One line beside the results, such as a warning of a model."""
+    if _hush.get():
+        return
     Console(stderr=True, highlight=False, soft_wrap=True).print(f"[yellow]{escape(text)}[/]")
 
 

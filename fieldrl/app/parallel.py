@@ -118,12 +118,13 @@ def uninterrupted() -> Iterator[None]:
 
 def _in_worker(task: Task, number: int) -> tuple[int, Any]:
     """A task in a worker process, which ends with the run: a run that was killed computes no longer."""
-    _end_with_parent()
+    end_with_parent()
     return _single_threaded(task, number)
 
 
 @functools.cache
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
+    """Have this worker process end when its parent has."""
     parent = os.getppid()
 
     def follow() -> None:

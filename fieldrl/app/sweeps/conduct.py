@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
+from fieldrl.app import console, notes
 from fieldrl.app.sweeps import results, screen
 from fieldrl.app.sweeps.composing import Composer
 from fieldrl.app.sweeps.entries import Entry, build, check_objective, entry
@@ -90,7 +91,8 @@ class Conductor:
             FieldrlError: every job of the first batch is refused; nothing has been written then.
         """
         done = len(self.entries)
-        new = self._planned(jobs)
+        with notes.told(console.note):  # once, though each job says so again where it is done
+            new = self._planned(jobs)
         if self.sweep is None:
             self._begin(new)
         for found in self._settled(new):
