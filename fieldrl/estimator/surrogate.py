@@ -116,7 +116,7 @@ def _correlation(u, v, inverse):
     return math.exp(-0.5 * total)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
 def _factorise(inputs, inverse, factor):
     """Lower Cholesky factor of R, in place; False where R is not positive."""
     for i in range(len(inputs)):
@@ -133,7 +133,7 @@ def _factorise(inputs, inverse, factor):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
 def _whiten(factor, rows):
     """Solve factor x = rows (k, any) in place."""
     for i in range(len(rows)):

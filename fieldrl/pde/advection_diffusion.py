@@ -16,6 +16,7 @@ the last one. The solves are kept by ``solutions``.
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import warnings
 from collections.abc import Sequence
@@ -33,20 +34,18 @@ from fieldrl.pde import sampling
 from fieldrl.pde.discretisation import MOST_SUBSTEPS, Discretisation, Source
 from fieldrl.pde.flow import DoubleGyre, Flow
 from fieldrl.pde.initial import InitialFeature
+from fieldrl.pde.inside import check_inside
 from fieldrl.pde.solutions import Solutions, key
 
 _ORDERS = (3, 5, 7, 9)
 _FEWEST_CELLS = 9  # what sampling between cells needs
 _CELLS_PER_FEATURE = 5.0
+_Cells = tuple[NDArray[np.int64], NDArray[np.int64]]
 _SCHEME = f"finite volumes 1, fieldrl {__version__}"
 
 
 class CoarseGrid(UserWarning):
     """A grid on which the initial feature cannot be followed."""
-
-
-class OutsideDomain(checks.InvalidValue):
-    """A sample outside the water, or outside the time that is solved."""
 
 
 def _feature() -> InitialFeature:
@@ -177,16 +176,8 @@ class AdvectionDiffusion:
     @cached_property
     def _scheme(self) -> Discretisation:
         nx, ny = self.cells
-        return Discretisation(
-            self.flow,
-            self.source,
-            self.diffusivity,
-            self.domain,
-            (nx, ny),
-            self.order,
-            self.courant,
-            self.positive,
-        )
+        physics = self.flow, self.source, self.diffusivity, self.domain
+        return Discretisation(*physics, (nx, ny), self.order, self.courant, self.positive)
 
     @cached_property
     def _start(self) -> NDArray[np.float64]:
@@ -212,8 +203,7 @@ class AdvectionDiffusion:
 
     def solve(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Cell averages at ``snapshot_times`` for theta (p,), (k, nx, ny) [field unit]; or SolveFailed."""
-        checked = self._checked(theta)
-        return self.solutions.get(key(self._key, checked), lambda: self._march(checked))
+        return self._solution(self._checked(theta)[0])
 
     def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
         """The field of m candidates at n samples.
@@ -232,25 +222,19 @@ class AdvectionDiffusion:
         """
         positions = np.asarray(positions, dtype=float).reshape(-1, 2)
         times = np.asarray(times, dtype=float).reshape(-1)
-        self._check_samples(positions, times)
-        (x, y), (wx, wy) = self._stencils(positions)
-        rows: list[NDArray[np.float64]] = []
-        for candidate in np.atleast_2d(np.asarray(theta, dtype=float)):
-            averages = np.empty((len(times), sampling.WIDTH, sampling.WIDTH))
-            for time in np.unique(times):
-                at = times == time
-                averages[at] = self._state(candidate, time)[x[at], y[at]]
-            rows.append(np.einsum("nij,ni,nj->n", averages, wx, wy))
-        return self._clipped(np.stack(rows))
+        check_inside(positions, times, self.domain, self.final_time)
+        cells, (wx, wy) = self._stencils(positions)
+        averages = (self._averages(candidate, times, cells) for candidate in self._checked(theta))
+        return self._clipped(np.stack([np.einsum("nij,ni,nj->n", values, wx, wy) for values in averages]))
 
     def field(self, theta: NDArray, time: float, grid: Grid) -> NDArray[np.float64]:
         """The field on ``grid``, 0 in obstacles, (nx, ny) [field unit]; errors as ``predict``."""
-        self._check_samples(self._corners(grid), np.full(2, float(time)))
+        check_inside(self._corners(grid), np.full(2, float(time)), self.domain, self.final_time)
         (x0, y0), (x1, y1) = self.domain.lower, self.domain.upper
         across = sampling.matrix(grid.x, x0, x1, self.cells[0])
         along = sampling.matrix(grid.y, y0, y1, self.cells[1])
         near = self._scheme.nearest_water
-        values = across @ self._state(np.asarray(theta, dtype=float), time)[near[0], near[1]] @ along.T
+        values = across @ self._state(self._checked(theta)[0], time)[near[0], near[1]] @ along.T
         if self.domain.obstacles:
             values *= self.domain.contains(grid.points).reshape(values.shape)
         return self._clipped(values)
@@ -259,18 +243,40 @@ class AdvectionDiffusion:
         later = self._scheme.march(theta, self._start, self.snapshot_times.tolist())
         return np.concatenate([self._start[None], later])
 
+    def _averages(self, theta: NDArray, times: NDArray, cells: _Cells) -> NDArray[np.float64]:
+        """Cell averages at cells x, y (n, WIDTH, WIDTH) and times (n,)."""
+        (x, y), (nearest, between) = cells, self._nearest(times)
+        averages = self._solution(theta)[nearest[:, None, None], x, y]
+        for i in np.flatnonzero(between):
+            averages[i] = self._state(theta, times[i])[x[i], y[i]]
+        return averages
+
+    def _nearest(self, times: NDArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """The nearest snapshot of each time, and whether the time lies between snapshots, (n,) each."""
+        snapshots = self.snapshot_times
+        nearest = np.abs(snapshots - times[:, None]).argmin(axis=1)
+        return nearest, np.abs(snapshots[nearest] - times) > 1e-9 * self.interval
+
+    def _solution(self, theta: NDArray) -> NDArray[np.float64]:
+        """``solve`` for checked theta."""
+        return self.solutions.get(self._name(theta), lambda: self._march(theta))
+
+    def _name(self, theta: NDArray, times: tuple[float, ...] = ()) -> str:
+        """What the store calls a solve, or its state between two times."""
+        told = self._key.encode() + theta.tobytes() + np.array(times).tobytes()
+        return hashlib.blake2b(told, digest_size=20).hexdigest()
+
     def _state(self, theta: NDArray, time: float) -> NDArray[np.float64]:
         """Cell averages at any time of the solve, (nx, ny)."""
-        times, solution = self.snapshot_times, self.solve(theta)
-        nearest = int(np.abs(times - time).argmin())
-        if abs(times[nearest] - time) <= 1e-9 * self.interval:
-            return solution[nearest]
-        last = int(np.searchsorted(times, time)) - 1
-        between = (float(times[last]), float(time))
-        name = key(self._key, self._checked(theta), between)
-        return self.solutions.get(name, lambda: self._scheme.march(theta, solution[last], between)[0])
+        solution, (nearest, between) = self._solution(theta), self._nearest(np.array([time]))
+        if not between[0]:
+            return solution[nearest[0]]
+        last = int(np.searchsorted(self.snapshot_times, time)) - 1
+        span = (float(self.snapshot_times[last]), float(time))
+        march = self._scheme.march
+        return self.solutions.get(self._name(theta, span), lambda: march(theta, solution[last], span)[0])
 
-    def _stencils(self, positions: NDArray) -> tuple[tuple[NDArray, NDArray], tuple[NDArray, NDArray]]:
+    def _stencils(self, positions: NDArray) -> tuple[_Cells, tuple[NDArray, NDArray]]:
         """Cells round every position, x and y (n, WIDTH, WIDTH), and their weights, x and y (n, WIDTH)."""
         sides = zip(positions.T, self.domain.lower, self.domain.upper, self.cells, strict=True)
         (ix, wx), (iy, wy) = (sampling.stencil(*side) for side in sides)
@@ -283,18 +289,14 @@ class AdvectionDiffusion:
         return np.maximum(values, 0.0) if self.positive else values
 
     def _checked(self, theta: ArrayLike) -> NDArray[np.float64]:
-        return np.array(checks.vector("theta", np.asarray(theta, dtype=float), len(self.parameters)))
+        """Candidates (m, p), contiguous and finite."""
+        candidates = np.ascontiguousarray(np.atleast_2d(np.asarray(theta, dtype=float)))
+        if candidates.ndim != 2 or candidates.shape[1] != len(self.parameters):
+            raise checks.InvalidValue("theta", theta, f"must have {len(self.parameters)} components")
+        if not np.isfinite(candidates).all():
+            for candidate in candidates:
+                checks.vector("theta", candidate, len(self.parameters))
+        return candidates
 
     def _corners(self, grid: Grid) -> NDArray[np.float64]:
         return np.array([[grid.x.min(), grid.y.min()], [grid.x.max(), grid.y.max()]])
-
-    def _check_samples(self, positions: NDArray, times: NDArray) -> None:
-        low, high = self.domain.lower, self.domain.upper
-        outside = ~np.all((positions >= low) & (positions <= high), axis=1)
-        if outside.any():
-            rule = f"must lie in the domain {list(low)} to {list(high)}"
-            raise OutsideDomain("positions", positions[outside][0], rule, "length")
-        late = ~((times >= 0) & (times <= self.final_time * (1 + 1e-12)))
-        if late.any():
-            rule = f"must lie in [0, {self.final_time:g}]"
-            raise OutsideDomain("times", float(times[late][0]), rule, "time", "raise pde.final_time")
