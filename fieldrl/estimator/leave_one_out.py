@@ -127,9 +127,8 @@ def fold_fit(
             copy_point(minima[0][start], minima[1][start], minima[2][start], u, residuals, jacobian)
             _state_without(minima, expansion, start, out, weight, tikhonov, model[3], work[0])
             loss, used = descend(
-                model, samples, weights, tikhonov, u, residuals, jacobian, loss, True, _NEAR, least, stop,
-                work,
-            )  # fmt: skip
+                model, samples, weights, tikhonov, u, residuals, jacobian, loss, _NEAR, least, stop, work
+            )
         elif _next_start(start - known, grid, own, cell, width, fit[0], weakest, beside, u):
             loss, used = minimise(
                 model, samples, weights, tikhonov, u, residuals, jacobian, FAR, least, stop, work

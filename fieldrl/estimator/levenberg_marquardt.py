@@ -14,7 +14,6 @@ from fieldrl.estimator.normal_equations import assemble, copy, damped_step
 _SHRINK, _GROW = 0.2, 4.0  # of the damping after success and failure
 _LEAST, _FIRST, _LARGEST = 1e-12, 1e-5, 1e14  # damping: least, after a first failure, largest
 _PATIENCE = 12  # evaluations after which Gauss-Newton is slow and Newton's matrix pays
-_NEWTON = 5.0  # with second derivatives the last step may be so many times longer
 _DIFFERENCE = 1e-6  # shift of a scaled unknown for second derivatives
 _HOPE = 10.0  # a descent may gain so many times what its quadratic model promises
 
@@ -85,19 +84,17 @@ def minimise(model, samples, weights, tikhonov, u, residuals, jacobian, damping,
     assemble(residuals, jacobian, weights, u, model[3], tikhonov, state)
     loss = loss_of(residuals, weights, u, tikhonov)
     loss, used = descend(
-        model, samples, weights, tikhonov, u, residuals, jacobian, loss, False, damping, bar, stop, work
+        model, samples, weights, tikhonov, u, residuals, jacobian, loss, damping, bar, stop, work
     )
     return loss, used + 1
 
 
 @loop
-def descend(
-    model, samples, weights, tikhonov, u, residuals, jacobian, loss, newton, damping, bar, stop, work
-):
+def descend(model, samples, weights, tikhonov, u, residuals, jacobian, loss, damping, bar, stop, work):
     """``minimise`` from a start where everything is known: residuals, Jacobian, loss, and the state in work.
 
-    Args as there, and newton: is C known? It is kept until the descent takes long.
-    The last step, too small to be worth an evaluation, takes the residuals along by their derivatives.
+    C is kept until the descent takes long. The last step, too small to be worth an evaluation, takes the
+    residuals along by their derivatives.
     """
     kernel, constants, centre, scale = model
     positions, times, values = samples
@@ -111,7 +108,7 @@ def descend(
             damping = max(_GROW * damping, _FIRST)
             continue
         length = _advance(u, step, trial) * (1.0 + damping)
-        if length <= (_NEWTON * last if newton else last):
+        if length <= last:
             _move(u, trial, scale, jacobian, residuals)
             loss = loss_of(residuals, weights, u, tikhonov)
             break
@@ -127,7 +124,6 @@ def descend(
         damping, loss = max(damping * _SHRINK, _LEAST), trial_loss
         copy_point(trial, trial_residuals, trial_jacobian, u, residuals, jacobian)
         if evaluations > _PATIENCE:
-            newton = True
             _refresh_curvature(model, samples, weights, u, residuals, jacobian, work)
             evaluations += u.size
         assemble(residuals, jacobian, weights, u, scale, tikhonov, state)
