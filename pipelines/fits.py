@@ -60,8 +60,8 @@ class RandomSearch:
         return ledger.fit()
 
 
-def methods(botorch: bool) -> dict[str, Method]:
-    """Every method by its name in the table."""
+def methods(rivals: bool = True, botorch: bool = True) -> dict[str, Method]:
+    """Every method by its name in the table; without rivals, ours alone."""
     estimators: dict[str, Any] = {
         "composite": Composite(tolerance=1e-3, floor=0.01),
         "gaussian_process, log": GaussianProcess(budget=45),
@@ -70,6 +70,8 @@ def methods(botorch: bool) -> dict[str, Method]:
     }
     named: dict[str, Method] = {name: partial(_without_number, one) for name, one in estimators.items()}
     named["random search"] = RandomSearch(150).fit
+    if not rivals:
+        return {"composite": named["composite"]}
     if botorch and botorch_fit.reason() is None:
         for initial in (10, 5):
             named[f"BoTorch composite EI, {initial} initial"] = partial(
@@ -125,12 +127,12 @@ def _predict(cells: tuple[int, ...], theta: NDArray, positions: NDArray, times: 
 
 
 def study(
-    number: int, cells: tuple[int, ...], spread: bool, starts: NDArray, botorch: bool
+    number: int, cells: tuple[int, ...], spread: bool, starts: NDArray, compared: dict[str, Method]
 ) -> dict[str, Any]:
     """One problem by every method, and the least loss polished from ``starts`` (k, 2)."""
     what, courses = (number, tuple(cells), spread), {}
     with threadpool_limits(1):
-        for name, method in methods(botorch).items():
+        for name, method in compared.items():
             settings = getattr(method, "args", ()), getattr(method, "keywords", {})
             courses[name] = kept((*what, name, settings), partial(_course, method, *what))
         least = kept(
@@ -208,7 +210,8 @@ def main() -> None:
         "--side", type=int, default=41, help="points of the dense search along each parameter"
     )
     parser.add_argument("--cells", type=int, nargs=2, default=(142, 71))
-    parser.add_argument("--botorch", type=int, default=50, help="problems that BoTorch is given (it is slow)")
+    parser.add_argument("--rivals", type=int, default=50, help="problems that the other methods are given")
+    parser.add_argument("--botorch", type=int, default=50, help="of these, how many BoTorch is given")
     parser.add_argument("--spread", action="store_true", help="draw the truth at random")
     options = parser.parse_args()
     cells, name = tuple(options.cells), "fits_spread" if options.spread else "fits"
@@ -219,7 +222,9 @@ def main() -> None:
     dense = ("dense", len(problems), cells, options.spread, options.side)
     order = kept(dense, lambda: np.argsort(dense_losses(problems, theta, options.jobs))[:, :3].tolist())
     jobs = (
-        delayed(study)(n, cells, options.spread, theta[order[n]], n < options.botorch)
+        delayed(study)(
+            n, cells, options.spread, theta[order[n]], methods(n < options.rivals, n < options.botorch)
+        )
         for n in range(options.problems)
     )
     studies: list[Any] = list(Parallel(options.jobs, verbose=5)(jobs))

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.estimator.coarse_search import axis_neighbours, box_grid
 from fieldrl.estimator.global_fit import global_fit, global_fits, local_fits
-from fieldrl.estimator.multi_start import MultiStart
 from fieldrl.estimator.problem import Compiled, Fit, FitProblem, ForwardModel
 
 
@@ -72,6 +71,8 @@ class LeastSquares:
         """Minimisers of every fold; raises SolveFailed where every solve of a model by differences fails."""
         search = self._search(problem.model)
         if search is None:
+            from fieldrl.estimator.multi_start import MultiStart  # SciPy's optimisers take long to import
+
             return MultiStart(starts=self.starts, tikhonov=self.tikhonov).fit(problem)
         samples, weights = problem.samples, problem.weights
         folds, n = weights.shape
