@@ -93,8 +93,7 @@ class Scene:
             self.panels[1],
             f"Believed, $\\mu$ = {mu:.3f}, $\\omega$ = {omega:.3f}, rms {self.rms[number]:.2g}",
         )
-        if number == 0:
-            style.colour_bar(image, self.panels[1], maps.bar_label(self.run.record, "$f$"))
+        style.colour_bar(image, self.panels[1], maps.bar_label(self.run.record, "$f$"))
         return picture(self.drawing, steady=number > 0)
 
     def _draw_vehicle(self, axes: Axes, time: float) -> None:
@@ -128,13 +127,22 @@ def picture(drawing: Figure, steady: bool) -> Image.Image:
 
 
 def gif(frames: list[Image.Image]) -> bytes:
-    """An animated GIF that repeats; all frames share the colours of the last."""
-    palette = frames[-1].quantize(_COLOURS, dither=Image.Dither.NONE)
+    """An animated GIF that repeats; all frames share one set of colours."""
+    palette = _together(frames[:: max(1, len(frames) // 4)]).quantize(_COLOURS, dither=Image.Dither.NONE)
     small = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     durations = [_MILLISECONDS] * (len(small) - 1) + [_LAST]
     content = io.BytesIO()
     small[0].save(content, "GIF", save_all=True, append_images=small[1:], duration=durations, loop=0)
     return content.getvalue()
+
+
+def _together(frames: list[Image.Image]) -> Image.Image:
+    """Frames side by side, and as much of the vehicle's colour, which is rare, as one of them."""
+    width, height = frames[0].size
+    sheet = Image.new("RGB", (width * (len(frames) + 1), height), style.VERMILLION)
+    for number, frame in enumerate(frames):
+        sheet.paste(frame, (number * width, 0))
+    return sheet
 
 
 if __name__ == "__main__":

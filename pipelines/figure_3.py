@@ -91,8 +91,8 @@ def _caption(record: xr.Dataset, estimator: str) -> str:
         "and return (B, D, F) of every episode while the step size, the trace decay and epsilon are varied; "
         "what is not varied is 0.9, 0.9 and 0.15. Line and band: median and interquartile range over "
         f"{replicates} replicates of {episodes} episodes of {steps} samples, each smoothed by a rolling mean "
-        f"of {window(episodes)} episodes. Dashed: what is expected from the noise alone. Runs untracked "
-        "(tracking=none)."
+        f"of {window(episodes)} episodes. Dashed: what is expected from the noise alone. Waves that "
+        "all curves share are the noise of the samples, which is the same in all runs."
     )
 
 

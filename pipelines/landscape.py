@@ -174,7 +174,7 @@ def _numbers(found: xr.Dataset, counts: list[int]) -> dict[str, Any]:
 
 
 def _caption(run: Found, episode: int, numbers: dict[str, Any]) -> str:
-    counted = "; ".join(f"after {name} {len(found['minima'])}" for name, found in numbers.items())
+    counted = ", ".join(f"{len(found['minima'])} after {name}" for name, found in numbers.items())
     return (
         f"The misfit e_f over the bounds of (mu, omega) for the samples of episode {episode + 1} of "
         "replicate 0 (its best), with the minima that descents from the map end in, and the points that the "

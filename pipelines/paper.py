@@ -10,8 +10,10 @@ from __future__ import annotations
 
 from types import ModuleType
 
+from fieldrl.app import console
 from pipelines import (
     animation,
+    claims,
     convergence,
     experiments,
     figure_2,
@@ -20,6 +22,9 @@ from pipelines import (
     figure_5,
     figure_6,
     landscape,
+    learned,
+    learning,
+    page,
     table_1,
 )
 from pipelines.experiments import Settings
@@ -27,13 +32,16 @@ from pipelines.experiments import Settings
 PIPELINES: tuple[ModuleType, ...] = (
     figure_2,
     figure_3,
+    learning,
     figure_4,
     figure_5,
     figure_6,
     table_1,
+    learned,
     convergence,
     landscape,
     animation,
+    claims,
 )
 
 
@@ -43,7 +51,7 @@ def make(settings: Settings) -> None:
     experiments.ensure(plan, settings)
     for pipeline in PIPELINES:
         pipeline.make(settings)
-        print(f"{pipeline.__name__.partition('.')[2]} drawn")
+    print(f"page: {console.near(page.make(settings).resolve())}")
 
 
 if __name__ == "__main__":
