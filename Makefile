@@ -16,7 +16,7 @@ setup: $(INSTALLED)  ## create .venv and install fieldrl in it
 $(INSTALLED): pyproject.toml constraints.txt
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	@echo "Installing fieldrl and its dependencies in .venv (about a minute) ..."
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,paper]'
 	@touch $@
 
 run: $(INSTALLED)  ## run the default experiment

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from fieldrl.figures import files
 from pipelines.experiments import Found, Settings
 
-DPI = 200
+DPI = {"paper": 200, "small": 80}
 _PACKAGES = ("fieldrl", "numpy", "scipy", "numba", "scikit-learn", "scikit-optimize", "xarray", "matplotlib")
 _DIGITS = 6
 
@@ -53,7 +53,7 @@ def save(
     """
     for ending, metadata in (("png", {"Software": None}), ("pdf", {"CreationDate": None})):
         content = io.BytesIO()
-        drawing.savefig(content, format=ending, dpi=DPI, metadata=metadata)
+        drawing.savefig(content, format=ending, dpi=DPI[settings.scale], metadata=metadata)
         put(settings, f"{name}.{ending}", content.getvalue())
         drawing.set_layout_engine("none")  # it is laid out now
     return note(settings, name, {"caption": caption, **more}, runs, numbers, module)

@@ -22,7 +22,7 @@ from pipelines import artefacts, experiments, gyres
 from pipelines.experiments import Found, Settings, Wanted
 from pipelines.landscape import samples_of
 
-BUDGET = {"paper": 40, "small": 12}  # solves of a fit
+BUDGET = {"paper": 40, "small": 8}  # solves of a fit
 _LEAST = 1e-4  # of what is drawn on a logarithmic scale [field unit^2]
 
 

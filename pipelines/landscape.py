@@ -23,7 +23,7 @@ from fieldrl.pde.solutions import Solutions
 from pipelines import artefacts, experiments, gyres
 from pipelines.experiments import Found, Settings, Wanted
 
-SIDE = {"paper": 41, "small": 9}  # points of the map along each parameter
+SIDE = {"paper": 41, "small": 6}  # points of the map along each parameter
 _MEMORY = 16  # of solves, they are not asked for again [MB]
 _SAME = 1e-2  # minima closer than this are one, in widths of the bounds
 

@@ -88,7 +88,7 @@ def _draw_estimates(axes: Axes, record: xr.Dataset, found: dict[str, NDArray]) -
         label="paper",
         **look,
     )
-    axes.plot(*record["true"].values, "+", color=style.VERMILLION, label="true", **(look | {"markersize": 9}))
+    axes.plot(*record["true"].values, "P", color=style.VERMILLION, label="true", **look)
     style.dress(axes)
     style.open_frame(axes)
     axes.margins(0.15)
@@ -118,7 +118,8 @@ def _caption(record: xr.Dataset) -> str:
         f"Table 2. Parameters of the double gyre as {replicates} replicates of {episodes} episodes of "
         f"{steps} samples learn them: the episode of least total error, as the paper reports it, and the "
         "estimate from the samples of all episodes. Median [quartiles]; bound: the Cramer-Rao bound of the "
-        "standard deviation, median over the replicates' paths. The paper reports one run."
+        "standard deviation for the same samples, median over the replicates; it knows nothing of the "
+        "choice of the best episode. The paper reports one run."
     )
 
 

@@ -96,7 +96,7 @@ def verdict(outcomes: Sequence[Outcome]) -> Verdict:
 
 def value(values: ArrayLike, claimed: float) -> Outcome:
     """Whether the median of ``values`` is close to what is claimed."""
-    distance = abs(float(np.median(values)) / claimed - 1.0)
+    distance = abs(float(np.median(np.asarray(values))) / claimed - 1.0)
     return Outcome.YES if distance <= NEAR else Outcome.PARTLY if distance <= ROUGHLY else Outcome.NO
 
 
@@ -158,7 +158,7 @@ def chance(best: ArrayLike, count: int, claimed: int) -> Outcome:
 
 def share(values: ArrayLike) -> Outcome:
     """Whether the median share is at least 80 %, or half."""
-    middle = float(np.median(values))
+    middle = float(np.median(np.asarray(values)))
     return Outcome.YES if middle >= 0.8 else Outcome.PARTLY if middle >= 0.5 else Outcome.NO
 
 
@@ -169,9 +169,9 @@ def definition(found: float, claimed: float) -> Outcome:
 
 def _one_sign(change: np.ndarray) -> bool:
     """Whether more of the changes are positive than chance allows."""
-    return binomtest(int(np.sum(change > 0)), change.size, alternative="greater").pvalue <= SIGNIFICANT
+    return bool(binomtest(int(np.sum(change > 0)), change.size, alternative="greater").pvalue <= SIGNIFICANT)
 
 
 def _within(change: np.ndarray, reach: float) -> bool:
     """Whether both quartiles lie within ``reach`` of zero."""
-    return bool(np.all(np.abs(np.percentile(change, [25, 75])) <= reach))
+    return float(np.abs(np.percentile(change, [25, 75])).max()) <= reach

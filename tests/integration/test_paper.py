@@ -6,13 +6,8 @@ import json
 
 import pytest
 
-from pipelines import experiments, paper
+from pipelines import experiments, page, paper
 from pipelines.experiments import Settings
-
-FIGURES = {
-    "figure_2", "figure_3_single_start", "figure_3_global", "figure_4", "figure_4d", "figure_5", "figure_6",
-    "table_1", "convergence", "landscape", "animation",
-}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -29,8 +24,8 @@ def notes(settings: Settings) -> dict[str, bytes]:
 
 @pytest.mark.slow
 def test_every_figure_is_a_pdf_and_a_png_with_a_json_beside_them(made):
-    assert notes(made).keys() >= FIGURES
-    for name in FIGURES:
+    assert notes(made).keys() == {*page.FIGURES, "claims"}
+    for name in page.FIGURES:
         assert (made.folder / f"{name}.pdf").read_bytes().startswith(b"%PDF")
         assert (made.folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
 
@@ -50,9 +45,22 @@ def test_the_json_names_runs_versions_numbers_and_the_command(made):
 def test_a_second_time_nothing_is_computed_and_every_json_has_the_same_bytes(made, monkeypatch):
     before = notes(made)
     monkeypatch.setattr(experiments, "recorded", None)
-    for pipeline in (*paper.PIPELINES,):
+    for pipeline in paper.PIPELINES:
         pipeline.make(made)
     assert notes(made) == before
+
+
+@pytest.mark.slow
+def test_the_page_is_one_file_with_every_claim_and_every_picture(made):
+    text = (made.folder / "index.html").read_text()
+    claims = json.loads(notes(made)["claims"])["numbers"]["claims"]
+    assert len(claims) == 17
+    assert text.count('<td class="claim">') == len(claims)
+    assert text.count("data:image/png;base64,") == len(page.FIGURES) - 1
+    assert text.count("data:image/gif;base64,") == 1
+    assert 'src="http' not in text
+    for run in json.loads(notes(made)["claims"])["runs"]:
+        assert run["key"] in text
 
 
 @pytest.mark.slow
