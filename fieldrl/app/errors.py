@@ -64,6 +64,8 @@ def refused(error: Exception, arguments: Sequence[str]) -> FieldrlError:
 def unknown_option(path: str, available: Sequence[str]) -> InvalidValue:
     """The error for an option file that is not there ("agent/foo")."""
     group, _, option = path.removeprefix("/").rpartition("/")
+    if option.startswith("submitit"):
+        return InvalidValue(group, option, "is not installed", remedy="pip install 'fieldrl[slurm]'")
     available = available or places.options(group)
     return InvalidValue(group, option, "no such option", remedy=f"choose one of {', '.join(available)}")
 

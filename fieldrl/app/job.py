@@ -14,6 +14,7 @@ from fieldrl import __version__
 from fieldrl.app import config as configuration
 from fieldrl.app import console, files, notes, runs
 from fieldrl.app.checkpoints import Checkpoints
+from fieldrl.app.cluster import Cluster
 from fieldrl.app.parallel import Workers
 from fieldrl.app.replicates import Crew
 from fieldrl.app.runs import Run
@@ -42,7 +43,7 @@ class Job:
     config: Mapping[str, Any]
     hydra: Mapping[str, str]
     run: Run
-    workers: Workers
+    workers: Workers | Cluster
     tracking: Mlflow | Untracked
 
     @classmethod

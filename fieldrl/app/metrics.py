@@ -41,9 +41,9 @@ def each(record: xr.Dataset) -> list[tuple[Series, Series]]:
     return [(series(item, names, true), evaluation(item, names, true)) for item in replicates]
 
 
-def middle(replicates: Sequence[tuple[Series, Series]]) -> Series:
+def middle(replicates: Sequence[tuple[Mapping[str, NDArray], Mapping[str, NDArray]]]) -> Series:
     """Medians over the replicates of ``each``, episode by episode; without the course of the fits."""
-    merged = [learning | greedy for learning, greedy in replicates]
+    merged = [{**learning, **greedy} for learning, greedy in replicates]
     names = [name for name in merged[0] if not name.startswith(_FITS)]
     return {name: np.median([found[name] for found in merged], axis=0) for name in names}
 

@@ -72,7 +72,7 @@ class Workers:
             WorkersKilled: a worker process was killed; what was yielded before is complete.
         """
         if self.count(len(numbers)) <= 1:
-            return (_single_threaded(task, number) for number in numbers)
+            return (single_threaded(task, number) for number in numbers)
         return self._fan_out(task, numbers)
 
     def _fan_out(self, task: Task, numbers: Sequence[int]) -> Iterator[tuple[int, Any]]:
@@ -119,7 +119,7 @@ def uninterrupted() -> Iterator[None]:
 def _in_worker(task: Task, number: int) -> tuple[int, Any]:
     """A task in a worker process, which ends with the run: a run that was killed computes no longer."""
     end_with_parent()
-    return _single_threaded(task, number)
+    return single_threaded(task, number)
 
 
 @functools.cache
@@ -135,8 +135,8 @@ def end_with_parent() -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
-def _single_threaded(task: Task, number: int) -> tuple[int, Any]:
-    """A task with one thread in linear algebra: the number of threads can change the last bits."""
+def single_threaded(task: Task, number: int) -> tuple[int, Any]:
+    """(number, result) of a task, with one thread in linear algebra: more can change the last bits."""
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(limits=1):

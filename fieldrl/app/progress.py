@@ -41,7 +41,10 @@ class Reporter:
 
     def open(self) -> Report:
         """The report function, for the process that calls this."""
-        row = np.memmap(self.path, dtype=float, mode="r+", shape=self.shape)[self.replicate]
+        try:
+            row = np.memmap(self.path, dtype=float, mode="r+", shape=self.shape)[self.replicate]
+        except OSError:  # another machine than the one that shows the bar
+            return lambda *_: None
 
         def report(episode: int, episode_return: float, e_total: float) -> None:
             row[:] = episode + 1, episode_return, e_total

@@ -31,11 +31,11 @@ def main() -> None:
     os._exit(0)  # MLflow's own threads have nothing left to do
 
 
-def quiet_answers() -> TextIO:
-    """Have this process step back behind the run; returns where it answers."""
+def quiet_answers(step_back: int = 10) -> TextIO:
+    """Have this process step back behind the run, by so many levels of priority; returns where it answers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(OSError):
-        os.nice(10)
+        os.nice(step_back)
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # whatever MLflow prints is no answer
     return answers

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fieldrl.app import console, notes
 from fieldrl.app.checkpoints import Checkpoints, Keeper
+from fieldrl.app.cluster import Cluster
 from fieldrl.app.parallel import Workers, WorkersKilled
 from fieldrl.app.progress import Reporter, board
 
@@ -60,7 +61,7 @@ class Crew:
         finished: told (number, record) of each replicate.
     """
 
-    workers: Workers
+    workers: Workers | Cluster
     replicates: int
     finished: Callable[[int, xr.Dataset], Any]
 

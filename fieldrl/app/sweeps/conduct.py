@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fieldrl.app import console, notes
+from fieldrl.app.cluster import Cluster, ClusterRunner
 from fieldrl.app.sweeps import results, screen
 from fieldrl.app.sweeps.composing import Composer
 from fieldrl.app.sweeps.entries import Entry, build, check_objective, entry
 from fieldrl.app.sweeps.objective import Objective
 from fieldrl.app.sweeps.results import Row
 from fieldrl.app.sweeps.sweep import Sweep, identity
-from fieldrl.app.sweeps.task import Outcome, Task
+from fieldrl.app.sweeps.task import Each, Outcome, Task
 from fieldrl.app.sweeps.tracking import Publisher, Silence, noted, opened
 from fieldrl.core.checks import FieldrlError
 
@@ -149,6 +150,9 @@ class Conductor:
         if accepted is None or accepted.job is None:
             raise FieldrlError(new[0].row.reason)
         check_objective(accepted, self.objective)
+        if isinstance(accepted.job.workers, Cluster):
+            self.runner.close()
+            self.runner = ClusterRunner(accepted.job.workers)
         run = accepted.job.run
         key = identity(self.arguments, self.method)
         sweep = Sweep(run.experiment, key, run.output_dir, self.arguments)
@@ -182,15 +186,15 @@ class Conductor:
         for number, outcome in self.runner.run(tasks, begun):
             found = by_number[number]
             found.settle(outcome, self.objective)
-            self._tell(found)
+            self._tell(found, outcome.each)
             yield found
 
-    def _tell(self, found: Entry) -> None:
+    def _tell(self, found: Entry, each: Each = ()) -> None:
         """Tell MLflow what became of a job, where it does not know."""
         if found.row.reason:
             self.line.send("failed", **found.told(), reason=found.row.reason)
         elif found.row.folder is not None and self.line.wanted(found.row.folder, self._begun()):
-            self.line.send("done", **found.told())
+            self.line.send("done", **found.told(), each=each)
 
     def _tell_end(self, sweep: Sweep, best: Row | None, failed: int) -> str:
         tags = {"best": best.key, "best.job": best.label} if best is not None else {}

@@ -18,7 +18,7 @@ from fieldrl.app.publisher import Message, messages, one_line, quiet_answers
 
 def main() -> None:
     """Serve one sweep."""
-    with quiet_answers() as answers:
+    with quiet_answers(step_back=5) as answers:
         _say(answers, serve(messages(), answers))
     os._exit(0)  # MLflow's own threads have nothing left to do
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from fieldrl.app.tracking import Series, Untracked
 
 if TYPE_CHECKING:
     from fieldrl.app.sweeps.composing import Composed
+
+Each = Sequence[tuple[Series, Series]]
+"""Metrics of every replicate, by learning and by evaluation episode; see ``metrics.each``."""
 
 
 @dataclass(frozen=True)
@@ -18,12 +23,32 @@ class Outcome:
     Args:
         summary: of the finished run; empty where it failed.
         reason: why it failed, in one to three lines; empty where it finished.
-        seconds: from beginning to end, at the worker [s].
+        each: what MLflow shows of its replicates; empty where only its record knows.
     """
 
     summary: Mapping[str, Any]
     reason: str = ""
-    seconds: float = 0.0
+    each: Each = ()
+
+
+class Collected(Untracked):
+    """Tracking that keeps what it is told, so that nobody has to read it from the record again."""
+
+    def __init__(self) -> None:
+        self.replicates: dict[int, tuple[Series, Series]] = {}
+
+    def start(self, output_dir: Path) -> Collected:
+        """Nothing to start."""
+        return self
+
+    def replicate(self, number: int, series: Series, evaluation: Series) -> None:
+        """One replicate is complete."""
+        self.replicates[number] = series, evaluation
+
+    def each(self, count: int) -> Each:
+        """What was told of ``count`` replicates; nothing where it was not all of them."""
+        told = self.replicates
+        return [told[number] for number in range(count)] if set(told) == set(range(count)) else []
 
 
 @dataclass(frozen=True)
@@ -43,16 +68,15 @@ class Task:
         from fieldrl.app import console
         from fieldrl.app.errors import explain
         from fieldrl.app.job import Job, perform
-        from fieldrl.app.tracking import Untracked
 
-        started = time.perf_counter()
+        collected = Collected()
         try:
             job = Job.of(self.composed.config, self.composed.experiment, self.composed.files())
             with console.hushed(bar=self.bar):
-                summary = perform(replace(job, tracking=Untracked()))
+                summary = perform(replace(job, tracking=collected))
         except Exception as error:  # whatever a run may raise; the other jobs go on
-            return Outcome({}, explain(error).strip(), time.perf_counter() - started)
-        return Outcome(summary, "", time.perf_counter() - started)
+            return Outcome({}, explain(error).strip())
+        return Outcome(summary, each=collected.each(summary["replicates"]))
 
 
 def warm() -> None:

@@ -19,6 +19,7 @@ from mlflow.tracking import MlflowClient
 from fieldrl import __version__
 from fieldrl.app import metrics
 from fieldrl.app.mlflow_view import View, connect, log_config, source
+from fieldrl.app.sweeps.task import Each
 from fieldrl.app.sweeps.tracking import note, noted
 
 _PAGE = 1000
@@ -87,11 +88,11 @@ class SweepView:
         self.running.add(job)
         return run_id
 
-    def done(self, job: str, name: str, key: str, folder: str, config: Mapping[str, Any]) -> None:
-        """A job is finished: publish it from its folder, unless it is there already."""
+    def done(self, job: str, name: str, key: str, folder: str, config: Mapping[str, Any], each: Each) -> None:
+        """A job is finished: publish it unless that was done; without ``each``, from its record."""
         place = Path(folder)
         if self.jobs.get(job, ("", ""))[1] != "FINISHED" and not self._adopt(job, place):
-            self._publish(self.begin(job, name, key, folder, config), name, place)
+            self._publish(self.begin(job, name, key, folder, config), name, place, each)
             self.jobs[job] = self.jobs[job][0], "FINISHED"
         self.running.discard(job)
         known = noted(place)
@@ -147,11 +148,12 @@ class SweepView:
         self.jobs[job] = run.info.run_id, "FINISHED"
         return True
 
-    def _publish(self, run_id: str, name: str, folder: Path) -> None:
+    def _publish(self, run_id: str, name: str, folder: Path, each: Each) -> None:
         """Metrics and files of a finished run, with a grandchild for each of several replicates."""
         summary = json.loads((folder / "summary.json").read_text())
-        with xr.open_dataset(folder / "record.nc", engine="h5netcdf") as record:
-            each = metrics.each(record)
+        if not each:
+            with xr.open_dataset(folder / "record.nc", engine="h5netcdf") as record:
+                each = metrics.each(record)
         view = View(self.client, run_id, self._replicates(run_id, name, len(each)))
         for number, (series, evaluation) in enumerate(each):
             view.replicate(number, series, evaluation)
