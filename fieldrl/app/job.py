@@ -106,15 +106,16 @@ def _compute(
     if kept:
         console.continued(sum(one.episodes for one in kept.values()), _episodes(job))
     _begin(job, publication)
-    record = _record(job, mission, checkpoints, publication, before)
+    record = _kept_record(job, publication)
+    if record is None:
+        record = _record(job, mission, checkpoints, publication, before)
     for name, text in job.hydra.items():
         job.run.write(f".hydra/{name}", functools.partial(files.write_text, text))
-    job.run.write("record.nc", functools.partial(record.to_netcdf, engine="h5netcdf"))
     job.run.write("figures", functools.partial(draw_run, record))
     each = metrics.each(record)
     extra = {"late_e_total": metrics.late(each), "greedy": metrics.greedy(each)}
     extra |= {"noise": record.attrs["noise"], "seconds": round(before + time.time() - started, 3)}
-    summary = _heading(job) | summarise(record) | extra
+    summary = _heading(job) | summarise(record) | extra | {"record": job.run.record_digest()}
     job.run.write("summary.json", functools.partial(files.write_text, json.dumps(summary, indent=2) + "\n"))
     checkpoints.remove()
     problem = publication.finish(job.run.folder, metrics.final(summary), metrics.middle(each))
@@ -122,13 +123,23 @@ def _compute(
     return summary
 
 
+def _kept_record(job: Job, publication: Tracker) -> xr.Dataset | None:
+    """The record of a run that lost only what is made from it."""
+    from fieldrl.app import metrics, records
+
+    record = None if job.config["force"] else records.read(job.run.folder / "record.nc", job.run.key)
+    for number, (series, evaluation) in enumerate([] if record is None else metrics.each(record)):
+        publication.replicate(number, series, evaluation)
+    return record
+
+
 def _record(
     job: Job, mission: Mission, checkpoints: Checkpoints, publication: Tracker, before: float
 ) -> xr.Dataset:
-    """Compute every replicate; each is told to the tracking when it is finished."""
+    """Compute and write it; each replicate is told to the tracking when it is finished."""
     import numpy as np
 
-    from fieldrl.app import metrics
+    from fieldrl.app import metrics, records
     from fieldrl.mission import combine
 
     parameters = mission.water.parameters
@@ -141,9 +152,11 @@ def _record(
 
     crew = Crew(job.workers, job.config["replicates"], publish)
     record = combine(crew.compute(mission, job.config["seed"], checkpoints, before), mission)
-    return record.assign_attrs(
+    record = record.assign_attrs(
         experiment=job.run.experiment, key=job.run.key, seed=job.config["seed"], version=__version__
     )
+    records.write(record, job.run.folder / "record.nc")
+    return record
 
 
 def _episodes(job: Job) -> int:

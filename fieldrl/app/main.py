@@ -30,9 +30,11 @@ def _guarded(arguments: list[str]) -> int:
     """Compose and run; every error ends here."""
     full_error = os.environ.get("HYDRA_FULL_ERROR") == "1"
     try:
+        from fieldrl.app import console, notes
         from fieldrl.app.launch import launch
 
-        launch(arguments, full_error)
+        with notes.told(console.note):
+            launch(arguments, full_error)
     except KeyboardInterrupt:
         print("\ninterrupted; finished runs are kept, the same command continues this one", file=sys.stderr)
         return 130

@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import platform
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -79,13 +80,26 @@ class Run:
         return self.output_dir / "runs" / self.name
 
     def summary(self) -> dict[str, Any] | None:
-        """The result of a finished run; None where it is not finished or its summary is garbled."""
+        """The result of a finished run; None where there is none, or one of its files is damaged."""
         try:
             summary = json.loads((self.folder / "summary.json").read_text())
         except (OSError, ValueError):
             return None
         complete = isinstance(summary, dict) and summary.get("finished") and summary.get("key") == self.key
-        return summary if complete and (self.folder / "record.nc").exists() else None
+        digest = self.record_digest() if complete else ""
+        if not digest:
+            return None
+        if summary.get("record", digest) != digest:
+            warnings.warn(f"{self.folder / 'record.nc'}: is damaged; the run is done again", stacklevel=2)
+            return None
+        return summary
+
+    def record_digest(self) -> str:
+        """Of the record's file; empty where there is none."""
+        try:
+            return hashlib.blake2b((self.folder / "record.nc").read_bytes(), digest_size=16).hexdigest()
+        except OSError:
+            return ""
 
     def write(self, name: str, writer: Callable[[Path], Any]) -> Path:
         """Write a file or folder of the run, atomically; see ``files.write``."""

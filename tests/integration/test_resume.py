@@ -93,10 +93,8 @@ def test_a_run_interrupted_twice_ends_bit_for_bit_as_one_that_was_not(
 def test_a_replicate_that_was_finished_is_not_computed_again(run_here, interrupted, monkeypatch):
     interrupted(7)  # replicate 0 has five episodes and its end
     run_here(*UNTRACKED)
-    computed = []
     interrupted(None)
-    advance = Replicate.advance
-    monkeypatch.setattr(Replicate, "advance", lambda self: (computed.append(self.number), advance(self))[1])
+    computed = _computed(monkeypatch)
     assert run_here(*UNTRACKED)[0] == 0
     assert computed == [1] * 5
 
@@ -130,3 +128,38 @@ def test_a_short_run_leaves_no_checkpoints(run_here, tmp_path):
     run_here(*UNTRACKED)
     assert not list((tmp_path / "outputs").rglob("replicate-*"))
     assert "late_e_total" in summary(tmp_path)
+
+
+DAMAGE = {"truncated": lambda b: b[: len(b) // 2], "garbled": lambda b: b[:-300] + b"#" * 100 + b[-200:]}
+
+
+def _computed(monkeypatch) -> list[int]:
+    """Of which replicates episodes are computed from now on."""
+    numbers: list[int] = []
+    advance = Replicate.advance
+    monkeypatch.setattr(Replicate, "advance", lambda self: (numbers.append(self.number), advance(self))[1])
+    return numbers
+
+
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_a_damaged_record_is_one_line_and_is_computed_again(run_here, tmp_path, damage):
+    run_here(*UNTRACKED, "output_dir=whole")
+    run_here(*UNTRACKED)
+    (path,) = (tmp_path / "outputs" / "runs").glob("*/record.nc")
+    path.write_bytes(damage(path.read_bytes()))
+    status, _, errors = run_here(*UNTRACKED)
+    assert status == 0
+    assert errors == f"{path}: is damaged; the run is done again\n"
+    check_same(tmp_path / "outputs", tmp_path / "whole")
+
+
+@pytest.mark.parametrize("damage", [*DAMAGE.values(), None], ids=[*DAMAGE, "gone"])
+def test_a_damaged_summary_is_made_again_from_the_record(run_here, tmp_path, monkeypatch, damage):
+    run_here(*UNTRACKED, "output_dir=whole")
+    run_here(*UNTRACKED)
+    (path,) = (tmp_path / "outputs" / "runs").glob("*/summary.json")
+    path.unlink() if damage is None else path.write_bytes(damage(path.read_bytes()))
+    computed = _computed(monkeypatch)
+    status, _, errors = run_here(*UNTRACKED)
+    assert (status, errors, computed) == (0, "", [])
+    check_same(tmp_path / "outputs", tmp_path / "whole")
