@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,9 +17,12 @@ _ENGINE = "h5netcdf"
 
 
 def write(record: xr.Dataset, path: Path) -> None:
-    """Write a record, complete or not at all."""
-    whole = record.assign_attrs(checksum=checksum(record))
-    files.write(path, partial(whole.to_netcdf, engine=_ENGINE))
+    """Write a record, complete or not at all.
+
+    It is made in memory first: where a disk is full, HDF5 prints hundreds of lines.
+    """
+    content = bytes(record.assign_attrs(checksum=checksum(record)).to_netcdf(engine=_ENGINE))
+    files.write(path, lambda place: place.write_bytes(content))
 
 
 def read(path: Path, key: str) -> xr.Dataset | None:

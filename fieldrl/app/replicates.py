@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -107,7 +108,7 @@ class Crew:
                 found[number] = record
                 self.finished(number, record)
                 for line in lines:
-                    console.note(line)
+                    warnings.warn(line, stacklevel=2)
 
 
 def _warm(mission: Mission) -> None:

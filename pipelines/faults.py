@@ -1,0 +1,102 @@
+"""What a run survives: what is likely to happen to it happens, and results are compared bit for bit.
+
+python -m pipelines.faults [--kills 50] [--only CASE ...] [--short]
+
+Cases that ran before stay in outputs/faults.json, so that the table can be filled in pieces.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+
+from pipelines import fault_cases as cases
+from pipelines import report
+from pipelines.fault_bench import Bench, Outcome
+
+Case = Callable[[Bench, int], Outcome]
+
+CASES: dict[str, tuple[str, Case, int, int]] = {
+    "kill": ("SIGKILL at a random moment, a run", cases.kills, 35, 5),
+    "sweep": ("SIGKILL at a random moment, a sweep", partial(cases.kills, commands=[cases.SWEEP]), 15, 1),
+    "write": ("SIGKILL while a file is written", cases.writing, 20, 6),
+    "interrupt": ("Ctrl-C", cases.interrupts, 4, 1),
+    "worker": ("a worker is killed", cases.dead_worker, 3, 1),
+    "worker twice": ("a worker is killed, and again", partial(cases.dead_worker, times=2), 2, 0),
+    "first use": ("first use by 8 processes at once", cases.first_use, 20, 0),
+    "same run": ("two processes, one run", cases.same_run, 3, 1),
+    "locked": ("database locked for 30 s", cases.locked_database, 1, 0),
+    "full": ("full disk", partial(cases.disk, ending="full"), 2, 1),
+    "read-only": ("read-only output folder", partial(cases.disk, ending="read-only"), 2, 1),
+    "no number": ("solver gives no number for a quarter", cases.no_number, 2, 1),
+    "checkpoint": ("garbled checkpoint", partial(cases.garbled, what="replicate"), 4, 0),
+    "record": ("garbled record", partial(cases.garbled, what="record.nc"), 4, 0),
+    "summary": ("garbled summary", partial(cases.garbled, what="summary.json"), 4, 0),
+    "solves": ("garbled store of solves", partial(cases.garbled, what="solves"), 4, 1),
+}
+"""By name: what happens, the case, how often in full, how often in short."""
+
+
+def measure(bench: Bench, names: Sequence[str], short: bool = False, kills: int = 50) -> dict[str, dict]:
+    """Outcome of each case by name, with its count and how long it took [s]."""
+    warm()
+    found = {}
+    for name in names:
+        what, case, full, few = CASES[name]
+        count = few if short else round(full * kills / 50) if name in ("kill", "sweep") else full
+        started = time.monotonic()
+        outcome = case(bench, count)
+        took = round(time.monotonic() - started, 1)
+        found[name] = {"what": what, "count": count, **asdict(outcome), "took": took}
+        report.show(what, ("times", "same", "differ", "lost", "lines"), [_numbers(found[name])])
+        for trouble in outcome.trouble:
+            print(trouble)
+    return found
+
+
+def warm() -> None:
+    """Import and compile, once for all victims."""
+    import fieldrl.app.job
+    import fieldrl.figures  # noqa: F401
+    from fieldrl.app.compose import composed
+    from fieldrl.app.setup import mission
+    from fieldrl.mission import run_replicate
+
+    for experiment in ("advection", "double_gyre"):
+        small = ["episodes=1", "steps=2", "evaluation_episodes=1"]
+        run_replicate(mission(composed([f"experiment={experiment}", *small])), 0, 0)
+
+
+def _numbers(case: dict) -> list[int]:
+    return [case[name] for name in ("count", "same", "differ", "lost", "lines")]
+
+
+def main() -> None:
+    """Run the cases that are asked for, show the whole table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--only", nargs="*", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--short", action="store_true")
+    options = parser.parse_args()
+    folder = Path(tempfile.mkdtemp(prefix="fieldrl-faults-"))
+    try:
+        found = measure(Bench(folder), options.only, options.short, options.kills)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    path = report.OUTPUTS / "faults.json"
+    known = json.loads(path.read_text())["cases"] if path.exists() else {}
+    table = {name: (known | found)[name] for name in CASES if name in known | found}
+    report.write("faults", {"cases": table})
+    rows = [(case["what"], *_numbers(case), case["said"]) for case in table.values()]
+    report.show("Faults", ("", "times", "same", "differ", "lost", "lines", "what the user saw"), rows)
+
+
+if __name__ == "__main__":
+    main()
