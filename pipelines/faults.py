@@ -24,9 +24,9 @@ from pipelines.fault_bench import Bench, Outcome
 Case = Callable[[Bench, int], Outcome]
 
 CASES: dict[str, tuple[str, Case, int, int]] = {
-    "kill": ("SIGKILL at a random moment, a run", cases.kills, 35, 5),
-    "sweep": ("SIGKILL at a random moment, a sweep", partial(cases.kills, commands=[cases.SWEEP]), 15, 1),
-    "write": ("SIGKILL while a file is written", cases.writing, 20, 6),
+    "kill": ("SIGKILL at a random moment, a run", cases.kills, 35, 2),
+    "sweep": ("SIGKILL at a random moment, a sweep", partial(cases.kills, commands=[cases.SWEEP]), 15, 0),
+    "write": ("SIGKILL while a file is written", cases.writing, 20, 3),
     "interrupt": ("Ctrl-C", cases.interrupts, 4, 1),
     "worker": ("a worker is killed", cases.dead_worker, 3, 1),
     "worker twice": ("a worker is killed, and again", partial(cases.dead_worker, times=2), 2, 0),

@@ -48,8 +48,8 @@ class Victim:
     def wait(self) -> tuple[int, str, str]:
         """Exit status (negative: the signal that ended it), output and errors."""
         _, status = os.waitpid(self.pid, 0)
-        texts = ((self.folder / f"{name}.txt").read_text() for name in ("output", "errors"))
-        return os.waitstatus_to_exitcode(status), *texts
+        output, errors = ((self.folder / f"{name}.txt").read_text() for name in ("output", "errors"))
+        return os.waitstatus_to_exitcode(status), output, errors
 
     def workers(self) -> list[int]:
         """Its loky workers."""
