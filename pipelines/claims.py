@@ -65,24 +65,14 @@ def plan(settings: Settings) -> dict[str, Wanted]:
 
 
 def make(settings: Settings) -> list[Claim]:
-    """Find the runs, judge every claim, write claims.json and claims.md."""
+    """Find the runs, judge every claim, write claims.json."""
     runs = experiments.find(plan(settings), settings)
     parts = (*claims_advection.claims(settings, runs), *claims_gyres.claims(settings, runs))
     claims = [Claim(**each) for each in parts]
     heading = {"caption": "Claims of the paper's results section.", "rules": RULES}
     numbers = {"claims": [_described(claim) for claim in claims]}
     artefacts.note(settings, "claims", heading, runs.values(), numbers)
-    artefacts.put(settings, "claims.md", markdown(claims).encode())
     return claims
-
-
-def markdown(claims: list[Claim]) -> str:
-    """The table for README and docs."""
-    rows = ["| the paper | measured | verdict |", "|---|---|---|"]
-    for claim in claims:
-        measured = "; ".join(f"{f.label}: {f.measured}" for f in claim.findings)
-        rows.append(f"| {claim.text} | {measured} | {claim.verdict} |")
-    return "\n".join(rows) + "\n"
 
 
 def _described(claim: Claim) -> dict[str, Any]:

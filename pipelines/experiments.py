@@ -185,6 +185,9 @@ def command(make: Callable[[Settings], Any]) -> None:
         make(Settings.of(sys.argv[1:]))
     except FieldrlError as error:
         sys.exit(explain(error))
+    except KeyboardInterrupt:
+        print("\ninterrupted; finished runs are kept, the same command goes on", file=sys.stderr)
+        sys.exit(130)
 
 
 @cache

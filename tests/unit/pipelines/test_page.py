@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from fieldrl.core.checks import FieldrlError
-from pipelines import claims, measures, page
+from pipelines import claims, measures, page, readme
 from pipelines.claims import Claim
 from pipelines.experiments import Settings
 from pipelines.rules import RULES, Finding, Outcome
@@ -49,10 +49,13 @@ def test_a_page_without_its_parts_is_refused(tmp_path):
         page.make(Settings(output_dir=str(tmp_path)))
 
 
-def test_the_markdown_table_has_a_row_for_each_claim():
-    lines = claims.markdown([made_up(Outcome.YES), made_up(Outcome.NO)]).splitlines()
+def test_the_markdown_table_has_a_row_for_each_claim_between_the_marks_of_a_file():
+    described = note(made_up(Outcome.YES), made_up(Outcome.NO, Outcome.NO))["numbers"]["claims"]
+    lines = readme.table(described).splitlines()
+    assert lines[2] == "| b < c & d (section 5) | thing 0: 1 [0, 2] | reproduced |"
     assert len(lines) == 4
-    assert lines[2].endswith("| reproduced |")
+    text = f"before\n{readme._BEGIN}\nold\n{readme._END}\nafter"
+    assert readme.replaced(text, "new") == text.replace("old", "new")
 
 
 def test_early_and_late_episodes_are_an_eighth_and_a_quarter():
