@@ -15,7 +15,7 @@ from pipelines.experiments import Settings
 
 _BEGIN, _END = "<!-- claims: python -m pipelines.readme -->", "<!-- end of claims -->"
 _FEW = 5  # rows in README.md
-_PICTURE, _WIDTH, _COLOURS = "learning", 1100, 64
+_PICTURE, _WIDTH, _COLOURS = "learning", 1100, 256
 
 
 def make(settings: Settings, root: Path = Path()) -> None:
