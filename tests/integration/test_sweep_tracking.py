@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sqlite3
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -88,3 +93,43 @@ def test_two_sweeps_that_share_a_run_both_have_it(tmp_path):
     assert [len(jobs) for _, jobs in sweeps.values()] == [2, 2]
     first, second = (set(jobs) for _, jobs in sweeps.values())
     assert len(first & second) == 1
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_costs_its_job_alone_and_mlflow_shows_every_job_once(tmp_path):
+    command = [sys.executable, "-m", "fieldrl.app.main", "-m", *TINY[:1], "evaluation_episodes=0"]
+    jobs = ["replicates=1", "episodes=60", "seed=0,1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    sweep = subprocess.Popen([*command, *jobs], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    os.kill(_holder(tmp_path / "outputs" / ".locks"), signal.SIGKILL)
+    output, _ = sweep.communicate(timeout=300)
+    assert sweep.returncode == 0, output
+    ((_, (status, found)),) = tree(tmp_path).items()
+    assert status == "FINISHED"
+    assert [status for status, _ in found.values()] == ["FINISHED"] * 2
+
+
+@pytest.mark.slow
+def test_a_sweep_that_is_killed_continues_in_the_same_mlflow_runs(tmp_path):
+    command = [sys.executable, "-m", "fieldrl.app.main", "-m", *TINY[:1], "evaluation_episodes=0"]
+    jobs = ["replicates=1", "episodes=60", "seed=0,1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=1"]
+    sweep = subprocess.Popen([*command, *jobs], cwd=tmp_path, stdout=subprocess.DEVNULL)
+    _holder(tmp_path / "outputs" / ".locks")
+    sweep.kill()
+    sweep.wait()
+    finished = fieldrl(tmp_path, *command[3:], *jobs)
+    assert finished.returncode == 0, finished.stderr
+    ((_, (status, found)),) = tree(tmp_path).items()
+    assert status == "FINISHED"
+    assert [status for status, _ in found.values()] == ["FINISHED"] * 2
+
+
+def _holder(locks: Path, seconds: float = 120.0) -> int:
+    """The process that computes the first run of a sweep, as soon as there is one."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        for path in locks.glob("*.holder"):
+            words = path.read_text().split()
+            if len(words) > 1:
+                return int(words[1])
+        time.sleep(0.02)
+    raise AssertionError("no run was begun")
