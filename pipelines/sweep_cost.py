@@ -6,6 +6,7 @@ python -m pipelines.sweep_cost [JOBS] [KEY=VALUE ...]
 from __future__ import annotations
 
 import json
+import resource
 import subprocess
 import sys
 import tempfile
@@ -13,60 +14,65 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from fieldrl.app import runs
+from fieldrl.app.compose import composed
 from pipelines import report
 
 WORKERS = 2
+FINISHED = 200
 SHORT = ("experiment=advection", "replicates=1", "episodes=20")
 
 
-def measure(jobs: int, overrides: Sequence[str] = SHORT) -> dict[str, float]:
-    """Run a sweep of short runs, tracked, on two workers; then again, when all of it is finished.
-
-    Args:
-        jobs: how many runs, >= 2.
-        overrides: of each.
+def busy(folder: str, jobs: int, overrides: Sequence[str]) -> dict[str, float]:
+    """Run a sweep of short runs, tracked, on two workers.
 
     Returns:
-        "first": the first command, start to prompt [s]; "runs": the runs' own seconds, from their summaries
-        [s]; "busy": their share of two workers' time; "again": the same command, everything finished [s];
-        "one": a sweep of one finished job [s]; "each further": what each further job adds to that [ms].
+        Wall time of the command, start to prompt [s]; the runs' own seconds, from their summaries [s]; their
+        share of two workers' time.
     """
-    with tempfile.TemporaryDirectory(prefix="fieldrl-") as folder:
-        _timed(folder, 2, [*overrides, "output_dir=warm"])  # compiles the loops where they are not yet
-        first = _timed(folder, jobs, overrides)
-        computed = _seconds(Path(folder) / "outputs" / "runs")
-        again = min(_timed(folder, jobs, overrides) for _ in range(3))
-        _timed(folder, 1, overrides)
-        one = min(_timed(folder, 1, overrides) for _ in range(3))
-    return {
-        "jobs": jobs,
-        "first": first,
-        "runs": computed,
-        "busy": computed / (WORKERS * first),
-        "again": again,
-        "one": one,
-        "each further": 1000 * (again - one) / (jobs - 1),
-    }
+    _timed(folder, 2, [*overrides, "output_dir=warm"])  # compiles the loops where they are not yet
+    wall, _ = _timed(folder, jobs, overrides)
+    paths = (Path(folder) / "outputs" / "runs").glob("*/summary.json")
+    computed = sum(json.loads(path.read_text())["seconds"] for path in paths)
+    return {"jobs": jobs, "wall [s]": wall, "runs [s]": computed, "busy": computed / (WORKERS * wall)}
 
 
-def _timed(folder: str, jobs: int, overrides: Sequence[str]) -> float:
+def finished(folder: str, overrides: Sequence[str]) -> dict[str, float]:
+    """Run a sweep of which every job is finished: summaries of other seeds, copied from one.
+
+    Returns:
+        What each further finished job adds to the command: wall and processor time [ms].
+    """
+    overrides = [*overrides, "tracking=none", "output_dir=finished"]
+    summary = json.loads(next((Path(folder) / "outputs" / "runs").glob("*/summary.json")).read_text())
+    config = composed(overrides)
+    for seed in range(FINISHED):
+        run = runs.Run("advection", runs.identity({**config, "seed": seed}), Path(folder) / "finished")
+        run.folder.mkdir(parents=True)
+        (run.folder / "record.nc").touch()
+        (run.folder / "summary.json").write_text(json.dumps(summary | {"key": run.key, "seed": seed}))
+    many, one = (min(_timed(folder, jobs, overrides) for _ in range(3)) for jobs in (FINISHED, 1))
+    wall, processor = (1000 * (a - b) / (FINISHED - 1) for a, b in zip(many, one, strict=True))
+    return {"a finished job [ms]": wall, "a finished job, processor [ms]": processor}
+
+
+def _timed(folder: str, jobs: int, overrides: Sequence[str]) -> tuple[float, float]:
+    """Wall and processor time of the command, its workers included [s]."""
     launcher = ("hydra/launcher=joblib", f"hydra.launcher.n_jobs={WORKERS}")
     command = [sys.executable, "-m", "fieldrl.app.main", "-m", *overrides, f"seed=range({jobs})", *launcher]
-    started = time.perf_counter()
+    started, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    return time.perf_counter() - started
-
-
-def _seconds(runs: Path) -> float:
-    return sum(json.loads(path.read_text())["seconds"] for path in runs.glob("*/summary.json"))
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return time.perf_counter() - started, processor
 
 
 def main() -> None:
     """Print the costs and write them to outputs/sweep_cost.json."""
-    found = measure(int(sys.argv[1]) if len(sys.argv) > 1 else 200, sys.argv[2:] or SHORT)
-    units = {"first": " s", "runs": " s", "again": " s", "one": " s", "each further": " ms"}
-    rows = [(name, f"{value:.4g}{units.get(name, '')}") for name, value in found.items()]
-    report.show("A sweep on two workers", ["", "value"], rows)
+    jobs, overrides = int(sys.argv[1]) if len(sys.argv) > 1 else 200, sys.argv[2:] or SHORT
+    with tempfile.TemporaryDirectory(prefix="fieldrl-") as folder:
+        found = busy(folder, jobs, overrides) | finished(folder, overrides)
+    report.show("A sweep on two workers", ["", "value"], [(k, f"{v:.4g}") for k, v in found.items()])
     report.write("sweep_cost", {"costs": found})
 
 
