@@ -1,6 +1,6 @@
 """What a run survives: what is likely to happen to it happens, and results are compared bit for bit.
 
-python -m pipelines.faults [--kills 50] [--only CASE ...] [--short]
+python -m pipelines.faults [--kills 50] [--most N] [--only CASE ...] [--short]
 
 Cases that ran before stay in outputs/faults.json, so that the table can be filled in pieces.
 """
@@ -12,10 +12,11 @@ import json
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from pipelines import fault_cases as cases
 from pipelines import report
@@ -44,21 +45,13 @@ CASES: dict[str, tuple[str, Case, int, int]] = {
 """By name: what happens, the case, how often in full, how often in short."""
 
 
-def measure(bench: Bench, names: Sequence[str], short: bool = False, kills: int = 50) -> dict[str, dict]:
-    """Outcome of each case by name, with its count and how long it took [s]."""
-    warm()
-    found = {}
-    for name in names:
-        what, case, full, few = CASES[name]
-        count = few if short else round(full * kills / 50) if name in ("kill", "sweep") else full
-        started = time.monotonic()
-        outcome = case(bench, count)
-        took = round(time.monotonic() - started, 1)
-        found[name] = {"what": what, "count": count, **asdict(outcome), "took": took}
-        report.show(what, ("times", "same", "differ", "lost", "lines"), [_numbers(found[name])])
-        for trouble in outcome.trouble:
-            print(trouble)
-    return found
+def measure(bench: Bench, name: str, count: int) -> dict[str, Any]:
+    """One case, so many times: its outcome and how long it took [s]."""
+    what, case, *_ = CASES[name]
+    started = time.monotonic()
+    outcome = case(bench, count)
+    took = round(time.monotonic() - started, 1)
+    return {"what": what, "count": count, **asdict(outcome), "took": took}
 
 
 def warm() -> None:
@@ -74,27 +67,44 @@ def warm() -> None:
         run_replicate(mission(composed([f"experiment={experiment}", *small])), 0, 0)
 
 
-def _numbers(case: dict) -> list[int]:
-    return [case[name] for name in ("count", "same", "differ", "lost", "lines")]
+def _count(name: str, short: bool, kills: int, most: int) -> int:
+    _, _, full, few = CASES[name]
+    if short:
+        return few
+    return min(most, round(full * kills / 50) if name in ("kill", "sweep") else full)
+
+
+def _keep(name: str, case: dict[str, Any]) -> dict[str, Any]:
+    """Add a case to those in outputs/faults.json; returns them all."""
+    path = report.OUTPUTS / "faults.json"
+    known = json.loads(path.read_text())["cases"] if path.exists() else {}
+    known[name] = case
+    table = {each: known[each] for each in CASES if each in known}
+    report.write("faults", {"cases": table})
+    return table
 
 
 def main() -> None:
     """Run the cases that are asked for, show the whole table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--kills", type=int, default=50, help="SIGKILLs at random moments")
+    parser.add_argument("--most", type=int, default=1000, help="no case more often than this")
     parser.add_argument("--only", nargs="*", choices=list(CASES), default=list(CASES))
     parser.add_argument("--short", action="store_true")
     options = parser.parse_args()
-    folder = Path(tempfile.mkdtemp(prefix="fieldrl-faults-"))
+    folder, table = Path(tempfile.mkdtemp(prefix="fieldrl-faults-")), {}
+    warm()
     try:
-        found = measure(Bench(folder), options.only, options.short, options.kills)
+        bench = Bench(folder)
+        for name in options.only:
+            count = _count(name, options.short, options.kills, options.most)
+            if count:
+                table = _keep(name, measure(bench, name, count))
+                print(f"{CASES[name][0]}: {table[name]['took']} s", *table[name]["trouble"], sep="\n  ")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    path = report.OUTPUTS / "faults.json"
-    known = json.loads(path.read_text())["cases"] if path.exists() else {}
-    table = {name: (known | found)[name] for name in CASES if name in known | found}
-    report.write("faults", {"cases": table})
-    rows = [(case["what"], *_numbers(case), case["said"]) for case in table.values()]
+    numbers = ("count", "same", "differ", "lost", "lines", "said")
+    rows = [(case["what"], *(case[name] for name in numbers)) for case in table.values()]
     report.show("Faults", ("", "times", "same", "differ", "lost", "lines", "what the user saw"), rows)
 
 
