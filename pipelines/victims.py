@@ -11,6 +11,7 @@ import functools
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -96,6 +97,7 @@ def _be_victim(folder: Path, arguments: Sequence[str], fault: Fault | None) -> N
     status = 1
     try:
         status = main(list(arguments))
+        threading._shutdown()  # type: ignore[attr-defined]  as the interpreter does before it ends
         atexit._run_exitfuncs()
     finally:
         sys.stdout.flush()
