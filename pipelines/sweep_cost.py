@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -38,18 +39,19 @@ def busy(folder: str, jobs: int, overrides: Sequence[str]) -> dict[str, float]:
 
 
 def finished(folder: str, overrides: Sequence[str]) -> dict[str, float]:
-    """Run a sweep of which every job is finished: summaries of other seeds, copied from one.
+    """Run a sweep of which every job is finished: runs of other seeds, copied from one.
 
     Returns:
         What each further finished job adds to the command: wall and processor time [ms].
     """
     overrides = [*overrides, "tracking=none", "output_dir=finished"]
-    summary = json.loads(next((Path(folder) / "outputs" / "runs").glob("*/summary.json")).read_text())
+    path = next((Path(folder) / "outputs" / "runs").glob("*/summary.json"))
+    summary = json.loads(path.read_text())
     config = composed(overrides)
     for seed in range(FINISHED):
         run = runs.Run("advection", runs.identity({**config, "seed": seed}), Path(folder) / "finished")
         run.folder.mkdir(parents=True)
-        (run.folder / "record.nc").touch()
+        shutil.copy(path.with_name("record.nc"), run.folder)
         (run.folder / "summary.json").write_text(json.dumps(summary | {"key": run.key, "seed": seed}))
     many, one = (min(_timed(folder, jobs, overrides) for _ in range(3)) for jobs in (FINISHED, 1))
     wall, processor = (1000 * (a - b) / (FINISHED - 1) for a, b in zip(many, one, strict=True))
