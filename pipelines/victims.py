@@ -89,6 +89,7 @@ def _be_victim(folder: Path, arguments: Sequence[str], fault: Fault | None) -> N
     os.chdir(folder)
     for number, name in ((1, "output"), (2, "errors")):
         os.dup2(os.open(folder / f"{name}.txt", os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
+    sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False) for number in (1, 2))  # noqa: SIM115
     signal.signal(signal.SIGINT, signal.default_int_handler)
     checkpoints.SHARE = 1e9
     job.Checkpoints = functools.partial(checkpoints.Checkpoints, period=0.0)  # type: ignore[misc, assignment]

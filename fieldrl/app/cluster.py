@@ -68,7 +68,7 @@ class Cluster:
         try:
             with joblib.parallel_config("dask", client=client):
                 parallel: Any = joblib.Parallel(return_as="generator_unordered", n_jobs=jobs)
-                yield from parallel(joblib.delayed(single_threaded)(task, number) for number in numbers)
+                yield from parallel(joblib.delayed(_local)(task, number) for number in numbers)
         except KilledWorker as error:
             raise WorkersKilled("workers of the cluster were killed (out of memory?)") from error
 
@@ -130,7 +130,15 @@ def _alone(task: Any) -> Any:
 
 def _job(task: Any) -> Any:
     """A job with one thread in linear algebra, as everywhere."""
-    return single_threaded(lambda _: task(), 0)[1]
+    return _local(lambda _: task(), 0)[1]
+
+
+def _local(task: Task, number: int) -> tuple[int, Any]:
+    """A task whose files are its own: xarray would ask the cluster for a lock on each."""
+    import dask.config
+
+    with dask.config.set(scheduler="synchronous"):
+        return single_threaded(task, number)
 
 
 def _outcome(future: Any) -> Any:
