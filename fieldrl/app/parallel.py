@@ -101,14 +101,28 @@ def _loky_tracker() -> Any:
     return tracker
 
 
+def _start_trackers() -> None:
+    """Start the processes that clean up after a run that was killed; what they find is no news to a user."""
+    before = os.environ.get("PYTHONWARNINGS")
+    quiet = "ignore:resource_tracker:UserWarning"
+    os.environ["PYTHONWARNINGS"] = f"{before},{quiet}" if before else quiet
+    try:
+        for tracker in (resource_tracker, _loky_tracker()):
+            tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
+
+
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Processes that are started in here inherit that an interrupt is not for them, but for their parent."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    for tracker in (resource_tracker, _loky_tracker()):
-        tracker.ensure_running()  # starting one ends the mask
+    _start_trackers()  # starting one ends the mask
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         yield
