@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from fieldrl.core import checks
 from fieldrl.estimator.designs import additive_recurrence, cover, normal_draws
@@ -225,7 +226,7 @@ class _Search:
 
     def _is_new(self, candidates: NDArray, u: NDArray) -> NDArray[np.bool_]:
         """Which candidates (m, p) are neither solved nor near a failed solve, (m,)."""
-        new = np.min(np.max(np.abs(candidates[:, None] - u), axis=2), axis=1) > _SAME
+        new = cdist(candidates, u, "chebyshev").min(axis=1) > _SAME
         for lost in (self.ledger.failed - self.centre) / self.scale:
             new &= np.max(np.abs(candidates - lost), axis=1) > _LOST
         return new

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import io
+import math
 import os
 import pickle
 import tempfile
@@ -28,6 +29,7 @@ from fieldrl.core import checks
 
 _MEGABYTE = 2**20
 _DIGEST = 16
+_UNSEEN = 1 / 64  # of the limit on disk may be written before the folder is looked through
 _SUFFIX = ".solution"
 
 
@@ -142,7 +144,8 @@ class Solutions:
         np.save(buffer, array, allow_pickle=False)
         try:
             _write(self._path(name), _checksum(buffer.getvalue()) + buffer.getvalue())
-            _trim(self._path(name).parent, self.disk * _MEGABYTE)
+            if self._shelf.is_full(array.nbytes, self.disk * _MEGABYTE):  # type: ignore[attr-defined]
+                _trim(self._path(name).parent, self.disk * _MEGABYTE)
         except OSError as error:
             warnings.warn(f"solutions.directory={self.directory}: {error}; solves are not kept", stacklevel=2)
 
@@ -153,6 +156,7 @@ class _Shelf:
     def __init__(self) -> None:
         self.arrays: OrderedDict[str, NDArray[np.float64]] = OrderedDict()
         self.size, self.solves, self.lock = 0, 0, threading.Lock()
+        self.written = math.inf
 
     def take(self, name: str) -> NDArray[np.float64] | None:
         with self.lock:
@@ -163,6 +167,15 @@ class _Shelf:
     def count(self) -> None:
         with self.lock:
             self.solves += 1
+
+    def is_full(self, size: int, limit: float) -> bool:
+        """Whether so much was written since the folder was last looked through that it is time to do so."""
+        with self.lock:
+            self.written += size
+            due = self.written > _UNSEEN * limit
+            if due:
+                self.written = 0.0
+            return due
 
     def put(self, name: str, array: NDArray[np.float64], limit: float) -> None:
         with self.lock:
