@@ -92,7 +92,7 @@ def dead_worker(bench: Bench, count: int, arguments: Sequence[str] = WORKERS, ti
     outcome = Outcome()
     for _ in range(count):
         place = bench.place()
-        victim = victims.start(place, arguments, partial(victims.slow_episodes, 0.03))
+        victim = victims.start(place, arguments, partial(victims.slow_episodes, 0.03 * 5 ** (times - 1)))
         for _ in range(times):
             _wait_for(lambda folder=place: list(folder.glob("outputs/runs/*/checkpoints/replicate-*")))
             time.sleep(0.5)
