@@ -57,7 +57,7 @@ def _sum(residuals, jacobian, weights, matrix, gradient):
 
 @loop
 def _sum_two(residuals, jacobian, weights, matrix, gradient):
-    """``_sum`` for two unknowns, with the sums in registers: a third of the time."""
+    """``_sum`` for two unknowns, with the sums in registers."""
     a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(residuals.size):
         x, y = jacobian[j, 0], jacobian[j, 1]
