@@ -22,7 +22,7 @@ from fieldrl.estimator.designs import additive_recurrence, cover, normal_draws
 from fieldrl.estimator.improvement import basin_volume, descend, expected_improvement, improvement_bound
 from fieldrl.estimator.ledger import Ledger, at_centre
 from fieldrl.estimator.problem import Fit, FitProblem
-from fieldrl.estimator.surrogate import Surrogate, condition, predict
+from fieldrl.estimator.surrogate import Evidence, Surrogate, condition, evidence, predict_mean
 
 _COVER, _AROUND, _DRAWS = 9, 4, 6  # two to these: points of the box, points around one, normal vectors
 _RADII = (0.1, 0.02, 0.004)  # where to look around the best solves [half-width]
@@ -58,7 +58,7 @@ class Composite:
     initial: int = 4
     budget: int = 60
     tolerance: float = 0.005
-    fold_tolerance: float = 0.05
+    fold_tolerance: float = 0.07
     floor: float = 0.1
     share: bool = True
     neighbours: int = 60
@@ -144,9 +144,10 @@ class _Search:
         tolerated, near = self._tolerated(best), _neighbours(known, self.settings.neighbours)
         solves, proposals = known.at(near), []
         while len(proposals) < count:
-            found = self._most_worthwhile(solves, best, tolerated)
+            seen = evidence(solves.u, solves.outputs, self.problem.samples.values)
+            found = self._most_worthwhile(seen, solves.losses, best, tolerated)
             if found is None:
-                found = self._unexplored(solves, best[0], tolerated[0])
+                found = self._unexplored(seen, solves.losses, best[0], tolerated[0])
             if found is None:
                 break
             overlooked = _overlooked(known.u, near, found)
@@ -155,38 +156,39 @@ class _Search:
                 continue
             proposals.append(self._theta(found))
             if len(proposals) < count:
-                solves = solves.and_more(self._believed(solves, found))
+                solves = solves.and_more(self._believed(seen, found))
         return proposals
 
-    def _believed(self, solves: _Solves, found: NDArray) -> _Solves:
+    def _believed(self, seen: Evidence, found: NDArray) -> _Solves:
         """A solve at ``found`` that met the surrogate's mean."""
-        values = self.problem.samples.values
-        outputs, _ = predict(condition(solves.u, solves.outputs, values, _CAUTION), found[None])
-        losses = self.problem.losses(outputs - values, self._theta(found)[None])
+        outputs = predict_mean(condition(seen, _CAUTION), found[None])
+        losses = self.problem.losses(outputs - seen.values, self._theta(found)[None])
         return _Solves(found[None], outputs, losses)
 
     def _most_worthwhile(
-        self, solves: _Solves, best: NDArray, tolerated: NDArray
+        self, seen: Evidence, losses: NDArray, best: NDArray, tolerated: NDArray
     ) -> NDArray[np.float64] | None:
         """The candidate with the greatest gain in units of what is tolerated, refined; None below 1."""
-        values, draws = self.problem.samples.values, normal_draws(_DRAWS, len(self.problem.samples))
-        surrogate = condition(solves.u, solves.outputs, values, _CAUTION)
+        values, draws = seen.values, normal_draws(_DRAWS, len(seen.values))
+        surrogate = condition(seen, _CAUTION)
 
         def worth(candidates: NDArray) -> tuple[NDArray, float]:
-            candidates = candidates[self._is_new(candidates, solves.u)]
+            candidates = candidates[self._is_new(candidates, seen.inputs)]
             if not len(candidates):
                 return candidates, 0.0
             gains = expected_improvement(surrogate, candidates, values, self.settings.tikhonov, best, draws)
             most = np.max(gains / tolerated, axis=1)
             return candidates[np.argmax(most)], float(most.max())
 
-        found, most = worth(self._candidates(surrogate, solves))
+        found, most = worth(self._candidates(surrogate, losses))
         for radius in _REFINED:
             if most > 0.0:
                 found, most = worth(np.concatenate([found[None], self._around(found, radius)]))
         return found if most > 1.0 else None
 
-    def _unexplored(self, solves: _Solves, best: float, tolerated: float) -> NDArray[np.float64] | None:
+    def _unexplored(
+        self, seen: Evidence, losses: NDArray, best: float, tolerated: float
+    ) -> NDArray[np.float64] | None:
         """The likeliest place of a basin not yet seen; None where all such places together gain little.
 
         A point's expected gain says little about a basin much narrower than the distance between points, so
@@ -195,27 +197,26 @@ class _Search:
         """
         if best < tolerated or len(self.problem.samples) <= self.p:
             return None
-        values, tau, box = self.problem.samples.values, self.settings.tikhonov, cover(_COVER, self.p)
-        surrogate = condition(solves.u, solves.outputs, values, _MORE_CAUTION)
-        bound = improvement_bound(surrogate, box, values, tau, (1.0 - _MARGIN) * best)
-        bound[~self._is_new(box, solves.u)] = 0.0
-        narrow = basin_volume(surrogate, solves.u[np.argmin(solves.losses[:, 0])], tau, best)
+        u, tau, box = seen.inputs, self.settings.tikhonov, cover(_COVER, self.p)
+        surrogate = condition(seen, _MORE_CAUTION)
+        bound = improvement_bound(surrogate, box, seen.values, tau, (1.0 - _MARGIN) * best)
+        bound[~self._is_new(box, u)] = 0.0
+        narrow = basin_volume(surrogate, u[np.argmin(losses[:, 0])], tau, best)
         basins = max(2.0**self.p / len(box) / narrow, 1.0)
         return box[np.argmax(bound)] if basins * bound.sum() > tolerated else None
 
-    def _candidates(self, surrogate: Surrogate, solves: _Solves) -> NDArray[np.float64]:
+    def _candidates(self, surrogate: Surrogate, losses: NDArray) -> NDArray[np.float64]:
         """Minimisers of the surrogate, the neighbourhoods of the best solves, and the cover, (m, p)."""
-        (u, _, losses), box = solves, cover(_COVER, self.p)
+        u, box = surrogate.inputs, cover(_COVER, self.p)
         order = np.argsort(losses[:, 0], kind="stable")
         incumbents = np.unique(np.concatenate([np.argmin(losses, axis=0), order[:3]]))
         around = [self._around(u[i], radius) for i in incumbents for radius in _RADII]
-        return np.concatenate([self._minimisers(surrogate, solves, order), *around, box])
+        return np.concatenate([self._minimisers(surrogate, losses, order), *around, box])
 
-    def _minimisers(self, surrogate: Surrogate, solves: _Solves, order: NDArray) -> NDArray[np.float64]:
+    def _minimisers(self, surrogate: Surrogate, losses: NDArray, order: NDArray) -> NDArray[np.float64]:
         """Where descents on the surrogate end: fold 0 from several starts, the others from their best."""
         values, tau, box = self.problem.samples.values, self.settings.tikhonov, cover(_COVER, self.p)
-        u, losses = solves.u, solves.losses
-        expected = np.sum((predict(surrogate, box)[0] - values) ** 2, axis=1)
+        u, expected = surrogate.inputs, np.sum((predict_mean(surrogate, box) - values) ** 2, axis=1)
         starts = [(0, u[i]) for i in order[:_STARTS]]
         starts += [(0, box[i]) for i in np.argsort(expected, kind="stable")[:_STARTS]]
         starts += [(fold, u[i]) for fold, i in enumerate(np.argmin(losses, axis=0)) if fold]

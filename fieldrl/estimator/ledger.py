@@ -103,12 +103,15 @@ class Ledger:
     def _open(self, known: NDArray) -> None:
         """Write what the problem knows: one prediction, or one for each theta if some solve fails now."""
         try:
-            answers = list(self.problem.residuals(known))
+            residuals = self.problem.residuals(known)
         except SolveFailed:
-            answers = [self._solve(theta) for theta in known]
-        for theta, answer in zip(known, answers, strict=True):
-            if not isinstance(answer, SolveFailed):
-                self._write(theta, answer)
+            answers = ((theta, self._solve(theta)) for theta in known)
+            for theta, answer in answers:
+                if not isinstance(answer, SolveFailed):
+                    self._write(theta, answer)
+            return
+        for theta, row, whole in zip(known, residuals, np.isfinite(residuals).all(axis=1), strict=True):
+            self._keep(theta, row if whole else None)
 
     def _solve(self, theta: NDArray) -> NDArray | SolveFailed:
         try:
@@ -117,15 +120,17 @@ class Ledger:
             return error
 
     def _write(self, theta: NDArray, answer: NDArray | SolveFailed) -> None:
-        if theta.tobytes() in self._places:
-            return
-        self._places[theta.tobytes()] = len(self._theta)
-        self._theta.append(theta)
         if isinstance(answer, SolveFailed) or not np.all(np.isfinite(answer)):
             self._error = answer if isinstance(answer, SolveFailed) else None
-            self._residuals.append(None)
+            self._keep(theta, None)
         else:
-            self._residuals.append(answer)
+            self._keep(theta, answer)
+
+    def _keep(self, theta: NDArray, residuals: NDArray | None) -> None:
+        if theta.tobytes() not in self._places:
+            self._places[theta.tobytes()] = len(self._theta)
+            self._theta.append(theta)
+            self._residuals.append(residuals)
 
 
 def at_centre(problem: FitProblem, share: bool) -> Fit:

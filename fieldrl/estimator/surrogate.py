@@ -54,24 +54,48 @@ class Surrogate(NamedTuple):
     variance: NDArray[np.float64]
 
 
-def condition(
-    inputs: NDArray[np.float64],
-    outputs: NDArray[np.float64],
-    values: NDArray[np.float64],
-    caution: float = 0.0,
-) -> Surrogate:
-    """The surrogate given ``outputs`` (k, n) [field unit] at ``inputs`` (k, p).
+class Evidence(NamedTuple):
+    """What k solves say about the length scales.
+
+    Args:
+        inputs: u, (k, p).
+        outputs: (k, n) [field unit].
+        values: the samples', (n,) [field unit].
+        scale: of the prior of a variance [field unit^2].
+        scores: log probability of each entry of the list for each output, (c, n).
+    """
+
+    inputs: NDArray[np.float64]
+    outputs: NDArray[np.float64]
+    values: NDArray[np.float64]
+    scale: float
+    scores: NDArray[np.float64]
+
+
+def evidence(
+    inputs: NDArray[np.float64], outputs: NDArray[np.float64], values: NDArray[np.float64]
+) -> Evidence:
+    """How well each entry of the list explains ``outputs`` (k, n) [field unit] at ``inputs`` (k, p).
 
     The samples' ``values`` (n,) are what the outputs are somewhere in the box: they say how much an output
-    varies, even where all solves agree. With ``caution`` each output has the shortest length scales (by
-    their product) among those whose log probability is less than the greatest by at most so much.
+    varies, even where all solves agree.
     """
     scales = length_scales(inputs.shape[1])
     prior = -0.5 * np.sum((np.log(scales / _TYPICAL) / _SPREAD) ** 2, axis=1)
     pooled = float(np.mean((np.vstack([outputs, values]) - outputs.mean(axis=0)) ** 2))
     scale = _SHARE * pooled if pooled > 0 else 1.0
     inputs, outputs = np.ascontiguousarray(inputs), np.ascontiguousarray(outputs)
-    scores = _scores(inputs, outputs, 1.0 / scales, prior, scale)
+    return Evidence(inputs, outputs, values, scale, _scores(inputs, outputs, 1.0 / scales, prior, scale))
+
+
+def condition(known: Evidence, caution: float = 0.0) -> Surrogate:
+    """The surrogate given the solves.
+
+    With ``caution`` each output has the shortest length scales (by their product) among those whose log
+    probability is less than the greatest by at most so much.
+    """
+    inputs, outputs, values, scale, scores = known
+    scales = length_scales(inputs.shape[1])
     choice = _choose(scores, np.sum(np.log(scales), axis=1), caution)
     inverse_scales = np.ascontiguousarray(1.0 / scales[choice])
     return Surrogate(
@@ -81,10 +105,16 @@ def condition(
 
 def predict(surrogate: Surrogate, u: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Mean and standard deviation of the outputs at u (m, p): (m, n) each [field unit]."""
-    shape = len(u), len(surrogate.mean)
-    mean, deviation = np.empty(shape), np.empty(shape)
+    mean, deviation = np.empty((2, len(u), len(surrogate.mean)))
     _predict(surrogate, np.ascontiguousarray(u), mean, deviation)
     return mean, deviation
+
+
+def predict_mean(surrogate: Surrogate, u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The mean alone, much quicker, (m, n) [field unit]."""
+    mean = np.empty((len(u), len(surrogate.mean)))
+    _predict(surrogate, np.ascontiguousarray(u), mean, mean[:0])
+    return mean
 
 
 @njit(cache=True, error_model="numpy")
@@ -221,6 +251,7 @@ def _multiply(root, vector, product):
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
 def _predict(surrogate, u, mean, deviation):
+    """Mean and, where ``deviation`` has rows, standard deviation, in place."""
     inputs, inverse_scales, owner, roots, coefficients, constant, variance = surrogate
     k, n = coefficients.shape
     r, left = np.empty((n, k)), np.empty(n)
@@ -229,12 +260,14 @@ def _predict(surrogate, u, mean, deviation):
             if owner[j] == j:
                 for i in range(k):
                     r[j, i] = _correlation(u[c], inputs[i], inverse_scales[j])
-                left[j] = _unexplained(roots[j], r[j])
+                if len(deviation):
+                    left[j] = _unexplained(roots[j], r[j])
             total = constant[j]
             for i in range(k):
                 total += r[owner[j], i] * coefficients[i, j]
             mean[c, j] = total
-            deviation[c, j] = math.sqrt(left[owner[j]] * variance[j])
+            if len(deviation):
+                deviation[c, j] = math.sqrt(left[owner[j]] * variance[j])
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})

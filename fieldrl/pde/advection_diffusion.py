@@ -40,7 +40,6 @@ from fieldrl.pde.solutions import Solutions, key
 _ORDERS = (3, 5, 7, 9)
 _FEWEST_CELLS = 9  # what sampling between cells needs
 _CELLS_PER_FEATURE = 5.0
-_Cells = tuple[NDArray[np.int64], NDArray[np.int64]]
 _SCHEME = f"finite volumes 1, fieldrl {__version__}"
 
 
@@ -223,9 +222,15 @@ class AdvectionDiffusion:
         positions = np.asarray(positions, dtype=float).reshape(-1, 2)
         times = np.asarray(times, dtype=float).reshape(-1)
         check_inside(positions, times, self.domain, self.final_time)
-        cells, (wx, wy) = self._stencils(positions)
-        averages = (self._averages(candidate, times, cells) for candidate in self._checked(theta))
-        return self._clipped(np.stack([np.einsum("nij,ni,nj->n", values, wx, wy) for values in averages]))
+        around, nearest, between = self._stencils(positions), *self._nearest(times)
+        candidates, late = self._checked(theta), np.flatnonzero(between)
+        values = np.empty((len(candidates), len(times)))
+        for candidate, row in zip(candidates, values, strict=True):
+            sampling.values(self._solution(candidate), nearest, *around, row)
+            for i in late:
+                state, at = self._state(candidate, times[i])[None], slice(i, i + 1)
+                sampling.values(state, np.zeros(1, np.int64), *(part[at] for part in around), row[at])
+        return self._clipped(values)
 
     def field(self, theta: NDArray, time: float, grid: Grid) -> NDArray[np.float64]:
         """The field on ``grid``, 0 in obstacles, (nx, ny) [field unit]; errors as ``predict``."""
@@ -242,14 +247,6 @@ class AdvectionDiffusion:
     def _march(self, theta: NDArray) -> NDArray[np.float64]:
         later = self._scheme.march(theta, self._start, self.snapshot_times.tolist())
         return np.concatenate([self._start[None], later])
-
-    def _averages(self, theta: NDArray, times: NDArray, cells: _Cells) -> NDArray[np.float64]:
-        """Cell averages at cells x, y (n, WIDTH, WIDTH) and times (n,)."""
-        (x, y), (nearest, between) = cells, self._nearest(times)
-        averages = self._solution(theta)[nearest[:, None, None], x, y]
-        for i in np.flatnonzero(between):
-            averages[i] = self._state(theta, times[i])[x[i], y[i]]
-        return averages
 
     def _nearest(self, times: NDArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """The nearest snapshot of each time, and whether the time lies between snapshots, (n,) each."""
@@ -276,13 +273,13 @@ class AdvectionDiffusion:
         march = self._scheme.march
         return self.solutions.get(self._name(theta, span), lambda: march(theta, solution[last], span)[0])
 
-    def _stencils(self, positions: NDArray) -> tuple[_Cells, tuple[NDArray, NDArray]]:
+    def _stencils(self, positions: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Cells round every position, x and y (n, WIDTH, WIDTH), and their weights, x and y (n, WIDTH)."""
         sides = zip(positions.T, self.domain.lower, self.domain.upper, self.cells, strict=True)
         (ix, wx), (iy, wy) = (sampling.stencil(*side) for side in sides)
         near = self._scheme.nearest_water
         x, y = ix[:, :, None], iy[:, None, :]
-        return (near[0][x, y], near[1][x, y]), (wx, wy)
+        return near[0][x, y], near[1][x, y], wx, wy
 
     def _clipped(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Without the undershoots that sampling between cells makes, where nothing may be negative."""

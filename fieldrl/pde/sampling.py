@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 WIDTH = 9
@@ -50,6 +51,29 @@ def stencil(
     weights = xi[:, None] ** np.arange(WIDTH) @ _POLYNOMIALS.T
     indices = (nearest[:, None] + _OFFSETS) % (2 * cells)
     return np.minimum(indices, 2 * cells - 1 - indices), weights
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def values(states, which, x, y, along_x, along_y, out):
+    """Values at n points, in place.
+
+    Args:
+        states: cell averages, (k, nx, ny).
+        which: the state that each point is in, (n,).
+        x: cells round each point, (n, WIDTH, WIDTH).
+        y: the same along y.
+        along_x: weights of a point's columns of cells, (n, WIDTH).
+        along_y: weights of its rows.
+        out: the values, (n,).
+    """
+    for n in range(out.size):
+        state, total = states[which[n]], 0.0
+        for i in range(WIDTH):
+            row = 0.0
+            for j in range(WIDTH):
+                row += along_y[n, j] * state[x[n, i, j], y[n, i, j]]
+            total += along_x[n, i] * row
+        out[n] = total
 
 
 def matrix(points: NDArray[np.float64], low: float, high: float, cells: int) -> NDArray[np.float64]:

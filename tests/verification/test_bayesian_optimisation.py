@@ -12,7 +12,7 @@ from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.designs import additive_recurrence, cover, normal_draws
 from fieldrl.estimator.improvement import descend, expected_improvement, improvement_bound
 from fieldrl.estimator.problem import FitProblem
-from fieldrl.estimator.surrogate import condition, linearise, predict
+from fieldrl.estimator.surrogate import condition, evidence, linearise, predict
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 
 U = additive_recurrence(20, 2)
@@ -25,7 +25,7 @@ def outputs(u: np.ndarray) -> np.ndarray:
 
 
 VALUES = outputs(np.array([[0.23, -0.41]]))[0]
-SURROGATE = condition(U, outputs(U), VALUES)
+SURROGATE = condition(evidence(U, outputs(U), VALUES))
 ELSEWHERE = cover(6, 2)
 
 
@@ -61,12 +61,12 @@ def test_what_it_says_of_unseen_points_is_right_about_as_often_as_it_claims():
 
 
 def test_caution_doubts_more():
-    cautious = condition(U, outputs(U), VALUES, caution=3.0)
+    cautious = condition(evidence(U, outputs(U), VALUES), caution=3.0)
     assert np.median(predict(cautious, ELSEWHERE)[1]) > np.median(predict(SURROGATE, ELSEWHERE)[1])
 
 
 def test_expected_improvement_is_the_average_over_many_draws():
-    few = condition(np.array(U[:8]), outputs(U[:8]), VALUES)
+    few = condition(evidence(np.array(U[:8]), outputs(U[:8]), VALUES))
     best, draws = np.array([20.0, 20.0, 20.0, 20.0]), normal_draws(12, 3)
     ours = expected_improvement(few, np.array(ELSEWHERE), VALUES, 1e-3, best, draws)
     mean, deviation = predict(few, np.array(ELSEWHERE))
@@ -80,7 +80,7 @@ def test_expected_improvement_is_the_average_over_many_draws():
 
 
 def test_the_bound_lies_above_the_expected_improvement():
-    few = condition(np.array(U[:8]), outputs(U[:8]), VALUES)
+    few = condition(evidence(np.array(U[:8]), outputs(U[:8]), VALUES))
     gains = expected_improvement(
         few, np.array(ELSEWHERE), VALUES, 1e-3, np.array([20.0]), normal_draws(12, 3)
     )
