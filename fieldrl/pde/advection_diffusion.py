@@ -228,8 +228,9 @@ class AdvectionDiffusion:
         for candidate, row in zip(candidates, values, strict=True):
             sampling.values(self._solution(candidate), nearest, *around, row)
             for i in late:
-                state, at = self._state(candidate, times[i])[None], slice(i, i + 1)
-                sampling.values(state, np.zeros(1, np.int64), *(part[at] for part in around), row[at])
+                at, (x, y, along_x, along_y) = slice(i, i + 1), (part[i : i + 1] for part in around)
+                state = self._state(candidate, times[i])[None]
+                sampling.values(state, np.zeros(1, np.int64), x, y, along_x, along_y, row[at])
         return self._clipped(values)
 
     def field(self, theta: NDArray, time: float, grid: Grid) -> NDArray[np.float64]:
