@@ -9,7 +9,7 @@ import sqlite3
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,11 @@ GAUSSIAN = (
     "estimator.initial=3", "episodes=3", "steps=1", "evaluation_episodes=1", "replicates=1",
 )  # fmt: skip
 WORKERS = (*_SMALL, "tracking=none", "parallel.jobs=2")
+SLOW = (*WORKERS, "pde._target_=pipelines.victims.Slow")
+SLOW_SWEEP = (
+    "-m", *SLOW, "parallel=serial", "replicates=1", "seed=0,1,2", "hydra/launcher=joblib",
+    "hydra.launcher.n_jobs=2",
+)  # fmt: skip
 TRACKED = (*_SMALL, "parallel=serial")
 UNRELIABLE = (*GYRE, "pde._target_=pipelines.victims.Unreliable")
 SWEEP = ("-m", *_SMALL, *_QUIET, "episodes=10", "seed=0,1,2")
@@ -87,19 +92,18 @@ def interrupts(bench: Bench, count: int) -> Outcome:
     return outcome
 
 
-def dead_worker(bench: Bench, count: int, arguments: Sequence[str] = WORKERS, times: int = 1) -> Outcome:
-    """A worker process is killed; with ``times`` 2 so is the one that takes its place."""
+def dead_worker(bench: Bench, count: int, arguments: Sequence[str] = SLOW, times: int = 1) -> Outcome:
+    """A worker process is killed; with ``times`` 2 so is one of those that take its place."""
     outcome = Outcome()
     for _ in range(count):
-        place = bench.place()
-        victim = victims.start(place, arguments, partial(victims.slow_episodes, 0.03 * 5 ** (times - 1)))
+        place, dead = bench.place(), set()
+        victim = victims.start(place, arguments)
+        _wait_for(lambda folder=place: list(folder.glob("outputs/runs/*/checkpoints/replicate-*")))
         for _ in range(times):
-            _wait_for(lambda folder=place: list(folder.glob("outputs/runs/*/checkpoints/replicate-*")))
-            time.sleep(0.5)
-            _wait_for(lambda found=victim: found.workers())
-            with suppress(ProcessLookupError, IndexError):
-                os.kill(victim.workers()[0], signal.SIGKILL)
-            time.sleep(1.0 if times > 1 else 0.0)
+            _wait_for(lambda found=victim, known=dead: set(found.workers()) - known)
+            dead |= set(workers := victim.workers())
+            os.kill(workers[-1], signal.SIGKILL)
+            time.sleep(1.0)
         status, _, errors = victim.wait()
         outcome.saw(errors)
         outcome.expect(status == (times > 1), f"{status}: {errors}")

@@ -31,6 +31,12 @@ CASES: dict[str, tuple[str, Case, int, int]] = {
     "interrupt": ("Ctrl-C", cases.interrupts, 4, 1),
     "worker": ("a worker is killed", cases.dead_worker, 3, 1),
     "worker twice": ("a worker is killed, and again", partial(cases.dead_worker, times=2), 2, 0),
+    "sweep worker": (
+        "a worker of a sweep is killed",
+        partial(cases.dead_worker, arguments=cases.SLOW_SWEEP),
+        3,
+        0,
+    ),
     "first use": ("first use by 8 processes at once", cases.first_use, 20, 0),
     "same run": ("two processes, one run", cases.same_run, 3, 1),
     "locked": ("database locked for 30 s", cases.locked_database, 1, 0),

@@ -51,7 +51,7 @@ def cramer_rao(task: Mission, record: xr.Dataset, replicate: int, episodes: np.n
     return np.sqrt(np.diag(np.linalg.inv(information)))
 
 
-def literal_seconds(task: Mission, record: xr.Dataset, steps: list[int]) -> tuple[float, float, float]:
+def literal_seconds(task: Mission, record: xr.Dataset, steps: list[int]) -> tuple[float, int, float]:
     """Seconds of one optimisation of the literal method, its share of solves, and those of a whole run."""
     run = record.isel(replicate=0, episode=0)
     estimator, seconds, count = GaussianProcess(share=False), 0.0, 0
@@ -75,59 +75,62 @@ def timed_replicate(task: Mission) -> tuple[float, int]:
     return time.perf_counter() - begin, int(record["forward_solves"].sum())
 
 
+def bounds_of(task: Mission, record: xr.Dataset) -> dict[str, list[list[float]]]:
+    """Cramer-Rao bounds of what ``errors_of`` gives."""
+    replicates = range(record.sizes["replicate"])
+    best = [cramer_rao(task, record, i, record["best_episode"].values[i : i + 1]) for i in replicates]
+    pooled = [cramer_rao(task, record, i, np.arange(task.episodes)) for i in replicates]
+    return {"best": [bound.tolist() for bound in best], "pooled": [bound.tolist() for bound in pooled]}
+
+
+def show_errors(
+    task: Mission, record: xr.Dataset, errors: dict[str, np.ndarray], bounds: dict[str, list]
+) -> None:
+    """The errors beside what the samples allow and what the paper found; solves."""
+    rows = []
+    for kind, text in (("best", "best episode"), ("pooled", "all episodes' samples")):
+        for k, name in enumerate(str(name) for name in record["parameter"].values):
+            paper = f"{abs(PAPER[name] - record['true'].values[k]):.4f}" if kind == "best" else ""
+            spreads = report.spread(errors[kind][:, k]), report.spread(np.array(bounds[kind])[:, k])
+            rows.append((f"|error of {name}|, {text}", *spreads, paper))
+    solves = record["forward_solves"].sum("episode").values
+    rows += [("solves of a replicate", report.spread(solves), "", ""), ("most of them", solves.max(), "", "")]
+    title = f"{record.sizes['replicate']} replicates of {task.episodes} episodes of {task.steps} steps"
+    report.show(f"Table 2, {title}", ("", "median [quartiles]", "Cramer-Rao", "paper"), rows)
+
+
+def compare_costs(task: Mission, record: xr.Dataset, steps: list[int]) -> dict[str, dict[str, float]]:
+    """Our time for a replicate beside the literal method's, printed."""
+    with threadpool_limits(1):
+        each, optimisations, literal = literal_seconds(task, record, steps)
+        ours, solves = timed_replicate(task)
+    title = f"literal, {optimisations} optimisations of {each:.1f} s (whole steps measured, scaled)"
+    rows = [
+        ("fieldrl, composite", solves, f"{ours:.1f}", 1),
+        (title, optimisations * GaussianProcess().budget, f"{literal:.0f}", f"{literal / ours:.0f}"),
+    ]
+    report.show("One whole replicate, one process", ("method", "solves", "seconds", "times as long"), rows)
+    return {
+        "literal": {"seconds_each": each, "optimisations": optimisations, "seconds": literal},
+        "ours": {"seconds": ours, "solves": solves, "ratio": literal / ours},
+    }
+
+
 def main(scale: str = "full") -> dict[str, Any]:
     """Run what is missing, print, write outputs/table_2.json; returns what was written."""
     small = scale == "small"
     overrides = ["replicates=2", "episodes=2", "steps=4"] if small else ["replicates=20"]
     task = mission(composed(["experiment=double_gyre", *overrides]))
     record, summary = recorded("double_gyre", overrides)
-    found, solves = errors_of(record), record["forward_solves"].sum("episode").values
-    names = [str(name) for name in record["parameter"].values]
-    bounds = {
-        "best": [
-            cramer_rao(task, record, i, record["best_episode"].values[i : i + 1]).tolist()
-            for i in range(record.sizes["replicate"])
-        ],
-        "pooled": [
-            cramer_rao(task, record, i, np.arange(task.episodes)).tolist()
-            for i in range(record.sizes["replicate"])
-        ],
-    }
-    rows = []
-    for kind, text in (("best", "best episode"), ("pooled", "all episodes' samples")):
-        for k, name in enumerate(names):
-            paper = f"{abs(PAPER[name] - record['true'].values[k]):.4f}" if kind == "best" else ""
-            bound = np.array(bounds[kind])[:, k]
-            rows.append(
-                (f"|error of {name}|, {text}", report.spread(found[kind][:, k]), report.spread(bound), paper)
-            )
-    rows.append(("solves of a replicate", report.spread(solves), "", ""))
-    title = (
-        f"Table 2, {record.sizes['replicate']} replicates of {task.episodes} episodes of {task.steps} steps"
-    )
-    report.show(title, ("", "median [quartiles]", "Cramer-Rao", "paper"), rows)
-    with threadpool_limits(1):
-        each, optimisations, whole = literal_seconds(task, record, [2] if small else [3, 7])
-        ours, used = timed_replicate(task)
-    report.show(
-        "One whole replicate, one process",
-        ("method", "solves", "seconds", "times as long"),
-        [
-            ("fieldrl, composite", used, f"{ours:.1f}", 1),
-            (
-                f"literal, {optimisations} optimisations of {each:.1f} s (whole steps measured, scaled)",
-                optimisations * GaussianProcess().budget, f"{whole:.0f}", f"{whole / ours:.0f}",
-            ),
-        ],
-    )  # fmt: skip
+    errors, bounds = errors_of(record), bounds_of(task, record)
+    show_errors(task, record, errors, bounds)
     content = {
         "scale": scale,
         "key": summary["key"],
-        "errors": {kind: values.tolist() for kind, values in found.items()},
+        "errors": {kind: values.tolist() for kind, values in errors.items()},
         "cramer_rao": bounds,
-        "solves": solves.tolist(),
-        "literal": {"seconds_each": each, "optimisations": optimisations, "seconds": whole},
-        "ours": {"seconds": ours, "solves": used, "ratio": whole / ours},
+        "solves": record["forward_solves"].sum("episode").values.tolist(),
+        **compare_costs(task, record, [2] if small else [3, 7]),
     }
     report.write("table_2", content)
     return content

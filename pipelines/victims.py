@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fieldrl.pde.advection import Advection
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 
 Fault = Callable[[], None]
@@ -161,6 +162,15 @@ def slow_episodes(seconds: float) -> None:
         advance(self)
 
     Replicate.advance = slowly  # type: ignore[method-assign]
+
+
+class Slow(Advection):
+    """The first experiment with samples that take their time, in every process that has them."""
+
+    def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
+        """As the model's, later."""
+        time.sleep(0.04)
+        return super().predict(theta, positions, times)
 
 
 class Unreliable(AdvectionDiffusion):

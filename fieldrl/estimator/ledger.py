@@ -105,13 +105,14 @@ class Ledger:
         try:
             residuals = self.problem.residuals(known)
         except SolveFailed:
-            answers = ((theta, self._solve(theta)) for theta in known)
-            for theta, answer in answers:
+            for theta in known:
+                answer = self._solve(theta)
                 if not isinstance(answer, SolveFailed):
                     self._write(theta, answer)
             return
-        for theta, row, whole in zip(known, residuals, np.isfinite(residuals).all(axis=1), strict=True):
-            self._keep(theta, row if whole else None)
+        whole = np.atleast_1d(np.isfinite(residuals).all(axis=1)).tolist()
+        for theta, row, good in zip(known, residuals, whole, strict=True):
+            self._keep(theta, row if good else None)
 
     def _solve(self, theta: NDArray) -> NDArray | SolveFailed:
         try:
