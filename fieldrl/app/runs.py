@@ -22,7 +22,7 @@ from filelock import FileLock, Timeout
 from fieldrl.app import files
 from fieldrl.core.checks import InvalidValue
 
-RESULTS = 1
+RESULTS = 2
 """Version of the results: raise it when the same configuration gives other numbers than before."""
 
 WITHOUT_EFFECT = ("output_dir", "force", "parallel", "tracking", "pde.solutions", "estimator.workers")

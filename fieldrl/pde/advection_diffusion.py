@@ -40,7 +40,7 @@ from fieldrl.pde.solutions import Solutions, key
 _ORDERS = (3, 5, 7, 9)
 _FEWEST_CELLS = 9  # what sampling between cells needs
 _CELLS_PER_FEATURE = 5.0
-_SCHEME = f"finite volumes 1, fieldrl {__version__}"
+_SCHEME = f"finite volumes 2, fieldrl {__version__}"
 
 
 class CoarseGrid(UserWarning):

@@ -112,7 +112,7 @@ class Discretisation:
     def streamfunction(self, theta: NDArray, times: NDArray) -> NDArray[np.float64]:
         """psi at times (k,), constant on closed walls and obstacles, (k, nx + 1, ny + 1)."""
         psi = _vertex_values(self.flow, theta, *self.edges, times)
-        _close_walls(psi)
+        fv.close_walls(psi)
         return psi if self._deflection is None else self._deflection(psi)
 
     def follows(self, psi: NDArray[np.float64]) -> bool:
@@ -249,15 +249,6 @@ def _vertex_values(flow: Flow, theta: NDArray, x: NDArray, y: NDArray, times: ND
         return np.einsum("kri,rj->kij", of_x, of_y)
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return np.stack([flow.streamfunction(theta, points, t).reshape(len(x), len(y)) for t in times])
-
-
-def _close_walls(psi: NDArray[np.float64]) -> None:
-    """Make psi exactly constant on the outer walls of a flow that means it to be so, but for rounding."""
-    rim = np.concatenate([psi[:, 0], psi[:, -1], psi[:, :, 0], psi[:, :, -1]], axis=1)
-    closed = np.ptp(rim, axis=1) <= 1e-10 * np.abs(psi).max(axis=(1, 2))
-    level = np.where(closed, rim.mean(axis=1), 0.0)[:, None]
-    for wall in (np.s_[:, 0, :], np.s_[:, -1, :], np.s_[:, :, 0], np.s_[:, :, -1]):
-        psi[wall] = np.where(closed[:, None], level, psi[wall])
 
 
 def _check(averages: NDArray[np.float64], bound: float, theta: NDArray, time: float) -> None:

@@ -220,6 +220,24 @@ def vertices(psi, shape, out):
 
 
 @njit(**OPTIONS)
+def close_walls(psi):
+    """Make psi (levels, nx + 1, ny + 1) exactly constant on the outer walls where it is so but for rounding."""
+    for level in psi:
+        nx, ny = level.shape
+        low, high, total, largest = level[0, 0], level[0, 0], 0.0, 0.0
+        for i in range(nx):
+            on_wall = i == 0 or i == nx - 1
+            for j in range(ny):
+                value = level[i, j]
+                largest = max(largest, abs(value))
+                if on_wall or j == 0 or j == ny - 1:
+                    low, high, total = min(low, value), max(high, value), total + value
+        if high - low <= 1e-10 * largest:
+            mean = total / (2 * (nx + ny) - 4)
+            level[0], level[nx - 1], level[:, 0], level[:, ny - 1] = mean, mean, mean, mean
+
+
+@njit(**OPTIONS)
 def crossing_rate(psi, per_x, per_y):
     """S, the most cells that water crosses per time, over all levels of psi (levels, nx + 1, ny + 1)."""
     scale, fastest = per_x * per_y, 0.0

@@ -59,7 +59,9 @@ def frozen(levels: Levels, start: float, span: float, steps: int) -> NDArray[np.
     begins = start + length * np.arange(steps)[:, None]
     values = levels((begins + length * np.array(_NODES)).ravel())
     pairs = values.reshape(steps, 2, *values.shape[1:])
-    return (_OWN * pairs + _OTHER * pairs[:, ::-1]).reshape(values.shape)
+    mixed = _OWN * pairs
+    mixed += _OTHER * pairs[:, ::-1]
+    return mixed.reshape(values.shape)
 
 
 def stages(levels: Levels, start: float, span: float, steps: int) -> NDArray[np.float64]:
