@@ -221,7 +221,7 @@ def vertices(psi, shape, out):
 
 @njit(**OPTIONS)
 def close_walls(psi):
-    """Make psi (levels, nx + 1, ny + 1) exactly constant on the outer walls where it is so but for rounding."""
+    """Make psi (levels, nx + 1, ny + 1) constant on the outer walls where it is so but for rounding."""
     for level in psi:
         nx, ny = level.shape
         low, high, total, largest = level[0, 0], level[0, 0], 0.0, 0.0
