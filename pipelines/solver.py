@@ -102,7 +102,7 @@ def against_oracle(
 
     table, theta = [], np.array(exact.true)
     for cells in ORACLE_GRIDS[: 2 if quick else 3]:
-        theirs, alone, compiled = oracle.solve(exact, theta, cells, repeats=3 if cells[0] < 400 else 1)
+        theirs, alone, compiled = oracle.solve(exact, theta, cells, repeats=15 if cells[0] < 400 else 2)
         error = rms(theirs - exact.field(theta, exact.final_time, exact.domain.grid(*cells)))
         ours = min((row for row in rows if row["rms"] <= error), key=lambda row: row["seconds"])
         load, first = fresh_process(ours["order"], ours["cells"])
