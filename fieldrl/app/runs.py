@@ -8,19 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import platform
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
-
-from fieldrl.app import files
-from fieldrl.core.checks import InvalidValue
+from fieldrl.app import files, locks
 
 RESULTS = 2
 """Version of the results: raise it when the same configuration gives other numbers than before."""
@@ -105,48 +100,11 @@ class Run:
         """Write a file or folder of the run, atomically; see ``files.write``."""
         return files.write(self.folder / name, writer)
 
-    @contextmanager
-    def held(self, waiting: Callable[[str], Any]) -> Iterator[bool]:
-        """Hold the run, so that no other process computes it.
-
-        Yields:
-            Whether another process held it; ``waiting`` is told who does before waiting for that.
-        """
-        lock, holder = FileLock(self._locks() / f"{self.name}.lock"), self._locks() / f"{self.name}.holder"
-        waited = False
-        try:
-            lock.acquire(timeout=0)
-        except Timeout:
-            waited = True
-            waiting(_text(holder))
-            lock.acquire()
-        try:
-            with suppress(OSError):
-                holder.write_text(f"process {os.getpid()} on {platform.node()}")
-            yield waited
-        finally:
-            holder.unlink(missing_ok=True)
-            lock.release()
+    def held(self, waiting: Callable[[str], Any]) -> AbstractContextManager[bool]:
+        """Hold the run, so that no other process computes it; see ``locks.held``."""
+        return locks.held(self.output_dir, self.name, waiting)
 
     def tidy(self) -> None:
         """Remove what a killed process left half written; only for who holds the run."""
         for path in self.folder.glob(".*.tmp"):
             files.remove(path)
-
-    def _locks(self) -> Path:
-        """The folder of the lock files, made where it is missing."""
-        folder = self.output_dir / ".locks"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            rule, remedy = f"cannot be written ({error.strerror})", "choose another folder"
-            raise InvalidValue("output_dir", str(self.output_dir), rule, remedy=remedy) from error
-        return folder
-
-
-def _text(path: Path) -> str:
-    """What a small file says; nothing where it cannot be read."""
-    try:
-        return path.read_text()
-    except OSError:
-        return ""

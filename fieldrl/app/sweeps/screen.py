@@ -24,11 +24,10 @@ def beginning(sweep: Sweep, jobs: int, finished: int, workers: int) -> None:
     console.console().print(f"[bold]{sweep.name}[/]  {_count(jobs, 'job')}{before}{where}", soft_wrap=True)
 
 
-def waiting(sweep: Sweep) -> None:
+def waiting(sweep: Sweep, holder: str) -> None:
     """One line: another process conducts the same sweep."""
-    console.console().print(
-        f"{sweep.name} is being run by another process; waiting for it ...", soft_wrap=True
-    )
+    who = f"another process{f' ({holder})' if holder else ''}"
+    console.console().print(f"{sweep.name} is being run by {who}; waiting for it ...", soft_wrap=True)
 
 
 def job(row: Row, done: int, jobs: int, objective: Objective, best: Row | None = None) -> None:

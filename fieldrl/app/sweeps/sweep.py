@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
-
-from fieldrl.app import files, runs
-from fieldrl.core.checks import InvalidValue
+from fieldrl.app import files, locks, runs
 
 
 def identity(arguments: Sequence[str], method: Mapping[str, Any]) -> str:
@@ -63,29 +60,6 @@ class Sweep:
         """Write a file or folder of the sweep, atomically; see ``files.write``."""
         return files.write(self.folder / name, writer)
 
-    @contextmanager
-    def held(self, waiting: Callable[[], Any]) -> Iterator[None]:
-        """Hold the sweep, so that no other process conducts it.
-
-        Args:
-            waiting: called before waiting for another process that does.
-
-        Raises:
-            InvalidValue: the output folder cannot be written.
-        """
-        locks = self.output_dir / ".locks"
-        try:
-            locks.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            rule, remedy = f"cannot be written ({error.strerror})", "choose another folder"
-            raise InvalidValue("output_dir", str(self.output_dir), rule, remedy=remedy) from error
-        lock = FileLock(locks / f"{self.name}.lock")
-        try:
-            lock.acquire(timeout=0)
-        except Timeout:
-            waiting()
-            lock.acquire()
-        try:
-            yield
-        finally:
-            lock.release()
+    def held(self, waiting: Callable[[str], Any]) -> AbstractContextManager[bool]:
+        """Hold the sweep, so that no other process conducts it; see ``locks.held``."""
+        return locks.held(self.output_dir, self.name, waiting)
