@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import multiprocessing
 import os
 import signal
@@ -81,10 +80,11 @@ class Workers:
 
         jobs = self.count(len(numbers))
         try:
-            with joblib.parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+            ours = {"initializer": end_with_parent, "initargs": (os.getpid(),)}
+            with joblib.parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1, **ours):
                 parallel: Any = joblib.Parallel(return_as="generator_unordered", pre_dispatch="all")
                 with uninterrupted():
-                    results = parallel(joblib.delayed(_in_worker)(task, number) for number in numbers)
+                    results = parallel(joblib.delayed(single_threaded)(task, number) for number in numbers)
                 yield from results
         except BrokenProcessPool as error:
             raise WorkersKilled("a worker process was killed (out of memory?)") from error
@@ -130,16 +130,8 @@ def uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _in_worker(task: Task, number: int) -> tuple[int, Any]:
-    """A task in a worker process, which ends with the run: a run that was killed computes no longer."""
-    end_with_parent()
-    return single_threaded(task, number)
-
-
-@functools.cache
-def end_with_parent() -> None:
-    """Have this worker process end when its parent has."""
-    parent = os.getppid()
+def end_with_parent(parent: int) -> None:
+    """Have this worker process end when its parent has: what was killed computes no longer."""
 
     def follow() -> None:
         while os.getppid() == parent:

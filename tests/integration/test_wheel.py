@@ -62,3 +62,9 @@ def test_a_run_from_the_wheel_in_an_empty_folder(installed, tmp_path):
     finished = command(installed, tmp_path, *UNTRACKED)
     assert finished.returncode == 0, finished.stderr
     assert summary(tmp_path)["finished"] is True
+
+
+def test_a_sweep_from_the_wheel_finds_its_sweeper(installed, tmp_path):
+    finished = command(installed, tmp_path, "-m", *UNTRACKED, "seed=0,1")
+    assert finished.returncode == 0, finished.stderr
+    assert len(list((tmp_path / "outputs" / "runs").glob("*/summary.json"))) == 2

@@ -6,12 +6,13 @@ each worker is a loky executor of its own, with one process that stays warm from
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Any
 
-from fieldrl.app.parallel import cores, uninterrupted
+from fieldrl.app.parallel import cores, end_with_parent, uninterrupted
 from fieldrl.app.sweeps.task import Outcome, Task, warm
 
 ATTEMPTS = 2
@@ -113,7 +114,8 @@ def _executor() -> Any:
     from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
     environment = {f"{library}_NUM_THREADS": "1" for library in _THREADS}
-    executor = ProcessPoolExecutor(1, context=get_context("loky"), env=environment)
+    ours = {"initializer": end_with_parent, "initargs": (os.getpid(),)}
+    executor = ProcessPoolExecutor(1, context=get_context("loky"), env=environment, **ours)
     with uninterrupted():
         executor.submit(warm)
     return executor

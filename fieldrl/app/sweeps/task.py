@@ -80,11 +80,8 @@ class Task:
 
 
 def warm() -> None:
-    """Import what every job needs; end when the sweep has ended."""
+    """Import what every job needs."""
     import fieldrl.app.job
     import fieldrl.app.metrics
     import fieldrl.app.setup
     import fieldrl.figures  # noqa: F401
-    from fieldrl.app.parallel import end_with_parent
-
-    end_with_parent()
