@@ -7,6 +7,7 @@ each worker is a loky executor of its own, with one process that stays warm from
 from __future__ import annotations
 
 import os
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -19,6 +20,7 @@ ATTEMPTS = 2
 """How often a job is tried whose worker is killed."""
 
 _THREADS = ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB", "NUMEXPR")
+AGAIN = "job {number}: its worker was killed (out of memory?); the job is tried once more"
 KILLED = "its worker was killed twice (out of memory?); fewer workers need less: hydra.launcher.n_jobs=1"
 
 
@@ -70,6 +72,7 @@ class Pool:
                 if outcome is not None:
                     yield number, outcome
                 elif tried[number] < ATTEMPTS:
+                    warnings.warn(AGAIN.format(number=number), stacklevel=2)
                     left.appendleft(number)
                 else:
                     yield number, Outcome({}, KILLED)

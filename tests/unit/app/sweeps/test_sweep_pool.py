@@ -56,14 +56,16 @@ def test_every_task_is_done_once_by_workers_that_stay(pool, tmp_path):
 
 def test_a_killed_worker_costs_its_job_alone_and_that_is_tried_once_more(pool, tmp_path):
     tasks = {i: Stub(i, str(tmp_path), kills=1 if i == 1 else 0) for i in range(4)}
-    outcomes = dict(pool.run(tasks, lambda number: None))
+    with pytest.warns(UserWarning, match="job 1: its worker was killed .* tried once more"):
+        outcomes = dict(pool.run(tasks, lambda number: None))
     assert all(outcome.reason == "" for outcome in outcomes.values())
     assert attempts(tmp_path) == {"0": 1, "1": 2, "2": 1, "3": 1}
 
 
 def test_a_job_whose_worker_is_killed_twice_has_failed_and_the_others_are_done(pool, tmp_path):
     tasks = {i: Stub(i, str(tmp_path), kills=9 if i == 0 else 0) for i in range(3)}
-    outcomes = dict(pool.run(tasks, lambda number: None))
+    with pytest.warns(UserWarning, match="job 0"):
+        outcomes = dict(pool.run(tasks, lambda number: None))
     assert outcomes[0].reason == KILLED
     assert attempts(tmp_path) == {"0": 2, "1": 1, "2": 1}
 
