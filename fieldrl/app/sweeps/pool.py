@@ -118,7 +118,7 @@ def _executor() -> Any:
 
     environment = {f"{library}_NUM_THREADS": "1" for library in _THREADS}
     ours = {"initializer": end_with_parent, "initargs": (os.getpid(),)}
-    executor = ProcessPoolExecutor(1, context=get_context("loky"), env=environment, **ours)
     with uninterrupted():
+        executor = ProcessPoolExecutor(1, context=get_context("loky"), env=environment, **ours)
         executor.submit(warm)
     return executor
