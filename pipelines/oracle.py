@@ -1,17 +1,24 @@
 """The double gyre in py-pde: second-order central differences, an oracle and a yardstick for the solver.
 
-The right-hand side is compiled with the flow's factors computed once per evaluation, about the best that a
-careful user of py-pde would write; its general expression parser is several times slower.
+Twice: as py-pde's manual writes an equation, by an expression, and with a right-hand side in which the flow's
+factors are computed once per evaluation, about the best that a careful user of py-pde would compile by hand.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pde import CartesianGrid, PDEBase, RungeKuttaSolver, ScalarField  # pyright: ignore[reportMissingImports]
+from pde import (  # pyright: ignore[reportMissingImports]
+    PDE,
+    CartesianGrid,
+    PDEBase,
+    RungeKuttaSolver,
+    ScalarField,
+)
 from pde.tools.config import config  # pyright: ignore[reportMissingImports]
 
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
@@ -61,6 +68,18 @@ class GyreEquation(PDEBase):
         return rate
 
 
+def written(model: AdvectionDiffusion, theta: NDArray) -> Any:
+    """The same equation as an expression of py-pde's."""
+    flow: Any = model.flow
+    (amplitude, length), (mu, omega) = map(float, flow.constants), map(float, theta)
+    x, y, s = f"(x/{length})", f"(y/{length})", f"({mu}*sin({omega}*t))"
+    phase, speed = f"pi*({s}*{x}+1-2*{s})*{x}", float(np.pi * amplitude * length)
+    u = f"-{speed}*sin({phase})*cos(pi*{y})"
+    v = f"{speed}*cos({phase})*sin(pi*{y})*(2*{s}*({x}-1)+1)"
+    rate = f"{float(model.diffusivity)}*laplace(c) - ({u})*d_dx(c) - ({v})*d_dy(c)"
+    return PDE({"c": rate}, bc={"derivative": 0})
+
+
 def time_step(model: AdvectionDiffusion, theta: NDArray, cells: tuple[int, int]) -> float:
     """A stable step of the classical Runge-Kutta method with central differences [time]."""
     h = np.subtract(model.domain.upper, model.domain.lower) / cells
@@ -78,6 +97,7 @@ def solve(
     cells: tuple[int, int],
     repeats: int = 1,
     backend: str = "numba",
+    equation: Callable[[AdvectionDiffusion, NDArray], Any] = GyreEquation,
 ) -> tuple[NDArray[np.float64], float, float]:
     """The field at the final time by py-pde, at the cells' centres.
 
@@ -87,6 +107,7 @@ def solve(
         cells: py-pde's grid.
         repeats: of the timed solve.
         backend: of py-pde; "scipy" compiles nothing, but is slow.
+        equation: GyreEquation, compiled by hand, or ``written``.
 
     Returns:
         the field (nx, ny), CPU seconds of the solve alone, CPU seconds with compilation.
@@ -101,7 +122,7 @@ def solve(
         return ScalarField(grid, model.initial.value(grid.cell_coords.reshape(-1, 2)).reshape(cells))
 
     began = time.process_time()
-    stepper = RungeKuttaSolver(GyreEquation(model, theta), backend=backend).make_stepper(start(), dt=step)
+    stepper = RungeKuttaSolver(equation(model, theta), backend=backend).make_stepper(start(), dt=step)
     stepper(start(), 0.0, step)
     compiling, spent, state = time.process_time() - began, np.inf, start()
     for _ in range(repeats):

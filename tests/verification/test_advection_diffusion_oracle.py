@@ -21,3 +21,17 @@ def test_py_pde_converges_to_our_solution_at_its_second_order():
         errors.append(np.sqrt(np.mean((theirs - ours) ** 2)))
     assert errors[1] < 0.07
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_both_ways_of_writing_it_for_py_pde_are_the_same_equation():
+    from pipelines import oracle
+
+    model, cells = AdvectionDiffusion(final_time=0.5), (40, 20)
+    theta = np.array(model.true)
+    by_hand, written = (
+        oracle.solve(model, theta, cells, backend="scipy", equation=equation)[0]
+        for equation in (oracle.GyreEquation, oracle.written)
+    )
+    np.testing.assert_allclose(written, by_hand, rtol=0, atol=1e-10)
