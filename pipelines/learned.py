@@ -72,7 +72,9 @@ def table(record: xr.Dataset, found: dict[str, NDArray], bounds: dict[str, NDArr
             paper = f"{PAPER[name]:.4f}" if kind == "best episode" else ""
             error = spread(1e3 * np.abs(estimates[:, k] - true), 2)
             bound = f"{1e3 * np.median(bounds[kind][:, k]):.2g}"
-            rows.append([f"{name}, {kind}", f"{true:.4f}", paper, spread(estimates[:, k], 4), error, bound])
+            low, middle, high = np.percentile(estimates[:, k], [25, 50, 75])
+            ours = f"{middle:.4f} [{low:.4f}, {high:.4f}]"
+            rows.append([f"{name}, {kind}", f"{true:.4f}", paper, ours, error, bound])
     return rows
 
 
@@ -100,7 +102,7 @@ def _draw_estimates(axes: Axes, record: xr.Dataset, found: dict[str, NDArray]) -
 def _draw_table(axes: Axes, rows: list[list[str]]) -> None:
     axes.axis("off")
     heads = ["", "true", "paper", "learned", "$10^3$ |error|", "$10^3$ bound"]
-    widths = [0.235, 0.1, 0.1, 0.255, 0.18, 0.13]
+    widths = [0.24, 0.085, 0.085, 0.28, 0.18, 0.13]
     cells = axes.table(
         rows, colLabels=heads, colWidths=widths, loc="center", cellLoc="left", edges="horizontal"
     )
