@@ -72,8 +72,13 @@ def note(text: str) -> None:
 
 def waiting(name: str, holder: str) -> None:
     """One line: another process computes the same run."""
-    who = f"another process{f' ({holder})' if holder else ''}"
+    who = another_process(holder)
     console().print(f"{name} is being computed by {who}; waiting for its result ...", soft_wrap=True)
+
+
+def another_process(holder: str) -> str:
+    """Who holds a run or a sweep, as far as it is known."""
+    return f"another process{f' ({holder})' if holder else ''}"
 
 
 @contextmanager

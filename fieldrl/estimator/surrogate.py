@@ -111,7 +111,7 @@ def predict(surrogate: Surrogate, u: NDArray[np.float64]) -> tuple[NDArray[np.fl
 
 
 def predict_mean(surrogate: Surrogate, u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The mean alone, much quicker, (m, n) [field unit]."""
+    """The mean alone, without the work for the deviation, (m, n) [field unit]."""
     mean = np.empty((len(u), len(surrogate.mean)))
     _predict(surrogate, np.ascontiguousarray(u), mean, mean[:0])
     return mean

@@ -26,7 +26,7 @@ def beginning(sweep: Sweep, jobs: int, finished: int, workers: int) -> None:
 
 def waiting(sweep: Sweep, holder: str) -> None:
     """One line: another process conducts the same sweep."""
-    who = f"another process{f' ({holder})' if holder else ''}"
+    who = console.another_process(holder)
     console.console().print(f"{sweep.name} is being run by {who}; waiting for it ...", soft_wrap=True)
 
 
