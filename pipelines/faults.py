@@ -26,7 +26,7 @@ Case = Callable[[Bench, int], Outcome]
 
 CASES: dict[str, tuple[str, Case, int, int]] = {
     "kill": ("SIGKILL at a random moment, a run", cases.kills, 35, 2),
-    "sweep": ("SIGKILL at a random moment, a sweep", partial(cases.kills, commands=[cases.SWEEP]), 15, 0),
+    "sweep": ("SIGKILL at a random moment, a sweep", partial(cases.kills, commands=[cases.SWEEP]), 15, 1),
     "write": ("SIGKILL while a file is written", cases.writing, 20, 3),
     "interrupt": ("Ctrl-C", cases.interrupts, 4, 1),
     "worker": ("a worker is killed", cases.dead_worker, 3, 1),
@@ -43,9 +43,9 @@ CASES: dict[str, tuple[str, Case, int, int]] = {
     "full": ("full disk", partial(cases.disk, ending="full"), 2, 1),
     "read-only": ("read-only output folder", partial(cases.disk, ending="read-only"), 2, 1),
     "no number": ("solver gives no number for a quarter", cases.no_number, 2, 1),
-    "checkpoint": ("garbled checkpoint", partial(cases.garbled, what="replicate"), 4, 0),
-    "record": ("garbled record", partial(cases.garbled, what="record.nc"), 4, 0),
-    "summary": ("garbled summary", partial(cases.garbled, what="summary.json"), 4, 0),
+    "checkpoint": ("garbled checkpoint", partial(cases.garbled, what="replicate"), 4, 1),
+    "record": ("garbled record", partial(cases.garbled, what="record.nc"), 4, 1),
+    "summary": ("garbled summary", partial(cases.garbled, what="summary.json"), 4, 1),
     "solves": ("garbled store of solves", partial(cases.garbled, what="solves"), 4, 1),
 }
 """By name: what happens, the case, how often in full, how often in short."""
