@@ -109,15 +109,15 @@ def test_a_broken_database_does_not_harm_the_run(tmp_path):
     assert summary(tmp_path)["finished"] is True
 
 
-def test_first_use_by_four_processes_at_once_loses_nothing(tmp_path):
+def test_first_use_by_eight_processes_at_once_loses_nothing(tmp_path):
     command = [sys.executable, "-m", "fieldrl.app.main", *SMALL, "replicates=1"]
     processes = [
         subprocess.Popen([*command, f"seed={seed}"], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-        for seed in range(4)
+        for seed in range(8)
     ]
     outputs = [process.communicate(timeout=300)[0] for process in processes]
     assert not any("did not take" in output for output in outputs)
-    assert query(tmp_path, "select count(*) from runs where status = 'FINISHED'") == [(4,)]
+    assert query(tmp_path, "select count(*) from runs where status = 'FINISHED'") == [(8,)]
     assert query(tmp_path, "select count(*) from experiments where name = 'advection'") == [(1,)]
 
 
