@@ -1,12 +1,16 @@
 # `make help` lists the targets.
-PYTHON ?= python3.11
+# The first Python 3.11 to 3.13 that is there; another one: make PYTHON=/path/to/python
+PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3 python; do \
+	"$$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2> /dev/null \
+	&& echo "$$python" && break; done)
+NO_PYTHON := fieldrl needs Python 3.11, 3.12 or 3.13 and found none. Install one of them, or name yours: make PYTHON=/path/to/python
 BIN := .venv/bin
 INSTALLED := .venv/.installed
 # Compiles the inner loops once, before all cores ask for them at the same time.
 WARM := $(BIN)/fieldrl episodes=2 steps=3 replicates=1 tracking=none force=true output_dir=.pytest_cache/warm
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run paper test check ui clean
+.PHONY: help setup run paper contest test check docs ui clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -14,7 +18,8 @@ help:  ## this list
 setup: $(INSTALLED)  ## create .venv and install fieldrl in it
 
 $(INSTALLED): pyproject.toml constraints.txt
-	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@test -x $(BIN)/python || { test -n "$(PYTHON)" || { echo "$(NO_PYTHON)" >&2; exit 1; }; }
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv || { rm -rf .venv; exit 1; }
 	@echo "Installing fieldrl and its dependencies in .venv (about a minute) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,paper]'
 	@touch $@
@@ -22,12 +27,15 @@ $(INSTALLED): pyproject.toml constraints.txt
 run: $(INSTALLED)  ## run the default experiment
 	@$(BIN)/fieldrl
 
-paper: $(INSTALLED)  ## every figure and table of the paper, and the page outputs/paper/index.html
-	@$(BIN)/python -m pipelines.paper
+paper: $(INSTALLED)  ## every figure and table of the paper, and the page outputs/paper/index.html (SCALE=small: in a minute)
+	@$(BIN)/python -m pipelines.paper $(if $(SCALE),scale=$(SCALE))
+
+contest: $(INSTALLED)  ## every agent against every other: outputs/contest/index.html and results.csv (SCALE=small: in minutes)
+	@$(BIN)/python -m pipelines.contest $(if $(SCALE),scale=$(SCALE))
 
 test: $(INSTALLED)  ## run all tests
 	@$(WARM) > /dev/null
-	@$(BIN)/python -m pytest -n auto
+	@$(BIN)/python -m pytest -n auto --dist loadfile
 
 check: $(INSTALLED)  ## lint, format, types, floors
 	@$(BIN)/ruff check .
@@ -35,8 +43,11 @@ check: $(INSTALLED)  ## lint, format, types, floors
 	@$(BIN)/pyright
 	@$(BIN)/lint-imports
 
+docs: $(INSTALLED)  ## the documentation as a site, outputs/docs/index.html
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
 ui: $(INSTALLED)  ## open the MLflow UI on the runs of this folder
-	@$(BIN)/python -m fieldrl.app.ui
+	@$(BIN)/python -m fieldrl.tracking.ui
 
 clean:  ## remove the virtual environment, caches and everything in outputs/
 	@rm -rf .venv .pytest_cache .ruff_cache .hypothesis .import_linter_cache dist build mlruns

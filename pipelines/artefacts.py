@@ -72,7 +72,7 @@ def note(
     content = {
         "name": name,
         **heading,
-        "command": f"python -m pipelines.{module or name}{scale}",
+        "command": f"python -m pipelines.paper.{module or name}{scale}",
         "scale": settings.scale,
         "runs": list({run.key: run.description for run in runs}.values()),
         "versions": versions(),

@@ -3,7 +3,7 @@
 A figure is a function of records. Here a pipeline says which runs it wants; those that are finished are taken
 as they are, the others are computed in worker processes, one run in each. Everything takes the same options:
 
-    python -m pipelines.figure_3 [scale=small] [tracking=mlflow] [output_dir=FOLDER] [jobs=N]
+    python -m pipelines.paper.figure_3 [scale=small] [tracking=mlflow] [output_dir=FOLDER] [jobs=N]
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from typing import Any
 import xarray as xr
 
 from fieldrl import __version__
-from fieldrl.app import files
-from fieldrl.app.compose import composed, recorded
-from fieldrl.app.errors import explain
-from fieldrl.app.job import Job
-from fieldrl.app.parallel import cores
-from fieldrl.app.runs import RESULTS
-from fieldrl.app.setup import mission
+from fieldrl.cli.compose import composed, recorded
 from fieldrl.core import checks
 from fieldrl.core.checks import FieldrlError, InvalidValue
 from fieldrl.mission import Mission, run_replicate
+from fieldrl.parallel.processes import cores
+from fieldrl.runs import atomic
+from fieldrl.runs.components import mission
+from fieldrl.runs.explain import explain
+from fieldrl.runs.identity import RESULTS
+from fieldrl.runs.job import Job
 
 SCALES = {
-    "paper": {"advection": ("replicates=8",), "double_gyre": ("replicates=8",)},
+    "paper": {"advection": ("replicates=64",), "double_gyre": ("replicates=20",)},
     "small": {
         "advection": ("replicates=2", "episodes=12", "steps=5", "evaluation_episodes=1"),
         "double_gyre": (
@@ -43,7 +43,7 @@ SCALES = {
         ),
     },
 }  # fmt: skip
-"""What a scale adds to each experiment: the paper's size with 8 replicates, and seconds for CI."""
+"""What a scale adds to each experiment: the paper's size with many replicates, and seconds for CI."""
 
 _HEAVIEST = "double_gyre"
 
@@ -156,8 +156,8 @@ def ensure(plan: Iterable[Wanted], settings: Settings) -> int:
         started = time.perf_counter()
         _warm(missing)
         missing.sort(key=lambda wanted: wanted.experiment != _HEAVIEST)  # the longest first
-        for done, _ in enumerate(_fan_out(partial(_compute, settings=settings), missing, settings), 1):
-            _progress(done, len(missing), started)
+        for done, _ in enumerate(fan_out(partial(_compute, settings=settings), missing, settings), 1):
+            progress(done, len(missing), started)
     return len(missing)
 
 
@@ -175,7 +175,7 @@ def kept(
     text = json.dumps([name, RESULTS, __version__, list(parts)], sort_keys=True)
     path = settings.folder / "derived" / f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:10]}.nc"
     if not path.exists():
-        files.write(path, partial(compute().to_netcdf, engine="h5netcdf"))
+        atomic.write(path, partial(compute().to_netcdf, engine="h5netcdf"))
     return xr.load_dataset(path, engine="h5netcdf")
 
 
@@ -216,10 +216,10 @@ def _warm(missing: Sequence[Wanted]) -> None:
         run_replicate(replace(mission(_configuration(small)), episodes=1, steps=2), 0, 0)
 
 
-def _fan_out(task: Callable[[Wanted], None], plan: Sequence[Wanted], settings: Settings) -> Iterable[None]:
-    """Do the task for every run, in this process where there is one worker; yields as they end."""
+def fan_out(task: Callable[[Any], None], plan: Sequence[Any], settings: Settings) -> Iterable[None]:
+    """Do the task for every part of a plan, in this process where there is one worker; yields as they end."""
     workers = min(settings.workers, len(plan))
-    if workers == 1:
+    if workers <= 1:
         return map(task, plan)
     import joblib
 
@@ -235,9 +235,9 @@ def _compute(wanted: Wanted, settings: Settings) -> None:
         recorded(wanted.experiment, [*wanted.overrides, *where])
 
 
-def _progress(done: int, total: int, started: float) -> None:
+def progress(done: int, total: int, started: float, what: str = "runs") -> None:
     """One line that a terminal writes over; elsewhere the last one only."""
-    text = f"computed {done} of {total} missing runs, {time.perf_counter() - started:.0f} s"
+    text = f"computed {done} of {total} missing {what}, {time.perf_counter() - started:.0f} s"
     if sys.stdout.isatty():
         print(f"\r{text}", end="\n" if done == total else "", flush=True)
     elif done == total:

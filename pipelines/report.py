@@ -36,6 +36,14 @@ def show(title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> N
     Console(width=None if console.is_terminal else _WIDTH).print(table)
 
 
+def markdown(columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """The same table as text for the docs."""
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "".join(
+        f"| {' | '.join(str(cell).replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines
+    )
+
+
 def write(name: str, content: dict[str, Any]) -> Path:
     """Write ``content`` with the versions that made it to outputs/NAME.json; returns the path."""
     versions = {package: version(package) for package in ("fieldrl", "numpy", "scipy", "numba")}

@@ -23,7 +23,7 @@ REPLACING, ACCUMULATING, DUTCH = 0, 1, 2
 
 @njit(cache=True)
 def active_features(observation, coder):
-    """Index of the active feature in each tiling, (T,), for an observation (4,)."""
+    """Index of the active feature in each tiling, (T,), for an observation (k,)."""
     tilings = coder.shape[1] - 4
     features = np.empty(tilings, np.int64)
     for tiling in range(tilings):

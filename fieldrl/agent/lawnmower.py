@@ -16,19 +16,19 @@ turning clockwise, 3 full speed turning counter-clockwise.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.agent.fixed import Fixed, State
 from fieldrl.core import checks
+from fieldrl.core.kinds import component
 
 AHEAD, CLOCKWISE, COUNTER_CLOCKWISE = 0, 2, 3
 _Y, _HEADING, _TIME = 1, 2, 3
 
 
-@dataclass(frozen=True)
+@component
 class Lawnmower(Fixed):
     """Lanes up and down, from the wall of least x to that of greatest x.
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.agent.fixed import Fixed, State
+from fieldrl.core.kinds import component
 
 
-@dataclass(frozen=True)
+@component
 class Random(Fixed):
     """Uniformly random actions."""
 

@@ -6,10 +6,10 @@ No schedule (None) keeps the initial value.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 from fieldrl.core import checks
+from fieldrl.core.kinds import component
 
 
 class Schedule(Protocol):
@@ -25,7 +25,7 @@ class Schedule(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@component
 class Linear:
     """A straight line from the initial value to ``final``.
 
@@ -46,7 +46,7 @@ class Linear:
         return initial + (self.final - initial) * min(episode / self.episodes, 1.0)
 
 
-@dataclass(frozen=True)
+@component
 class Exponential:
     """The distance to ``final`` shrinks by the factor ``rate`` with every episode.
 

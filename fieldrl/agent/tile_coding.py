@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import count, islice
 
 import numpy as np
@@ -26,20 +25,24 @@ from numpy.typing import NDArray
 
 from fieldrl.agent.kernels import active_features
 from fieldrl.core import checks
+from fieldrl.core.kinds import component
 
-OBSERVED = ("x", "y", "heading", "time")
+OWN = ("x", "y", "heading", "time")
+OBSERVED = (*OWN, "value", "uncertainty", "plume_x", "plume_y", "plume_distance", "plume_bearing")
+"""In the order of the observation, see ``fieldrl.observation``; estimate_1, deviation_1, ... follow."""
+_BY_UNKNOWN = ("estimate", "deviation")
 OFFSETS = ("asymmetric", "uniform")
 MOST_FEATURES = 10_000_000
 
 
-@dataclass(frozen=True)
+@component
 class TileCoding:
     """Which tilings, of which observed variables.
 
     Args:
         tilings: T >= 1.
         tiles: tiles in each tiled variable, >= 1, (d,), or one number for all of them.
-        variables: which of ``OBSERVED`` are tiled, (d,).
+        variables: which of ``OBSERVED``, estimate_1, deviation_1, ... are tiled, (d,).
         offsets: "asymmetric" or "uniform".
     """
 
@@ -75,13 +78,16 @@ class TileCoding:
         """The coding of observations within the bounds as the compiled code wants it, (d, 4 + T).
 
         Args:
-            low: least value of each observed variable, (4,).
-            high: greatest value of each, (4,).
+            low: least value of each observed variable, (k,).
+            high: greatest value of each, (k,).
 
         Raises:
-            InvalidValue: a tiled variable has no finite range.
+            InvalidValue: a tiled variable is not observed, or has no finite range.
         """
-        indices = [OBSERVED.index(name) for name in self.variables]
+        indices = [_index(name) for name in self.variables]
+        if max(indices) >= len(low):
+            rule = f"the agent observes {len(low)} variables only, and not all of these"
+            raise checks.InvalidValue("variables", self.variables, rule, remedy="use observation=informed")
         origin, width = np.asarray(low, dtype=float)[indices], (np.asarray(high, dtype=float) - low)[indices]
         if not np.all(np.isfinite(width) & (width > 0)):
             raise checks.InvalidValue("variables", self.variables, "must have finite bounds, low < high")
@@ -90,18 +96,26 @@ class TileCoding:
         return np.column_stack([indices, origin, scale, self.tiles, offsets.T])
 
     def active(self, observation: NDArray[np.float64], coder: NDArray[np.float64]) -> NDArray[np.int64]:
-        """The active feature of each tiling, (T,), for an observation (4,).
+        """The active feature of each tiling, (T,), for an observation (k,).
 
         The features of tiling k are k prod(tiles) ... (k + 1) prod(tiles) - 1, last variable fastest.
         """
         return active_features(observation, coder)
 
 
+def _index(name: str) -> int:
+    """Where a variable is in the observation; -1 for a name that no variable has."""
+    kind, _, number = name.rpartition("_")
+    if kind in _BY_UNKNOWN and number.isdecimal() and int(number) > 0:
+        return len(OBSERVED) + len(_BY_UNKNOWN) * (int(number) - 1) + _BY_UNKNOWN.index(kind)
+    return OBSERVED.index(name) if name in OBSERVED else -1
+
+
 def _variables(value: Sequence[str]) -> tuple[str, ...]:
-    rule = f"must be a list of different names out of {', '.join(OBSERVED)}"
+    rule = f"must be a list of different names out of {', '.join(OBSERVED)}, estimate_1, deviation_1, ..."
     if isinstance(value, str) or not isinstance(value, Sequence) or not value:
         raise checks.InvalidValue("variables", value, rule)
-    if not all(name in OBSERVED for name in value) or len(set(value)) < len(value):
+    if not all(isinstance(name, str) and _index(name) >= 0 for name in value) or len(set(value)) < len(value):
         raise checks.InvalidValue("variables", value, rule)
     return tuple(value)
 

@@ -13,6 +13,12 @@ from typing import Any
 
 import numpy as np
 
+SMALLEST = 1e-30
+"""Of a number that must be positive."""
+
+MOST = 2**63 - 1
+"""Of a whole number: what 64 bits hold."""
+
 
 class FieldrlError(Exception):
     """Base of every error that fieldrl raises on purpose."""
@@ -40,7 +46,13 @@ class InvalidValue(FieldrlError, ValueError):
 
     def within(self, prefix: str) -> InvalidValue:
         """The same error with its key below ``prefix`` ("vehicle" and "start" give "vehicle.start")."""
-        key = f"{prefix}.{self.key}" if prefix else self.key
+        key = ".".join(part for part in (prefix, self.key) if part)
+        return InvalidValue(key, self.value, self.rule, self.unit, self.remedy)
+
+    def renamed(self, part: str, name: str) -> InvalidValue:
+        """The same error with the first ``part`` of its key called ``name``."""
+        first, dot, rest = self.key.partition(".")
+        key = f"{name}{dot}{rest}" if first == part else self.key
         return InvalidValue(key, self.value, self.rule, self.unit, self.remedy)
 
 
@@ -70,14 +82,17 @@ def show(value: Any) -> str:
 
 def number(key: str, value: Any, unit: str = "") -> float:
     """``value`` as a finite float; raises InvalidValue otherwise."""
-    if not _finite(value):
+    if not finite(value):
         raise InvalidValue(key, value, "must be a finite number", unit)
     return float(value)
 
 
 def positive(key: str, value: Any, unit: str = "") -> float:
     """``value`` as a finite float > 0."""
-    return _ranged(key, value, unit, "must be > 0", lambda x: x > 0)
+    checked = _ranged(key, value, unit, "must be > 0", lambda x: x > 0)
+    if checked < SMALLEST:  # what is divided by it would overflow
+        raise InvalidValue(key, value, f"must be >= {SMALLEST:g}", unit)
+    return checked
 
 
 def not_negative(key: str, value: Any, unit: str = "") -> float:
@@ -101,6 +116,8 @@ def integer(key: str, value: Any, least: int | None = None) -> int:
         raise InvalidValue(key, value, "must be a whole number")
     if least is not None and value < least:
         raise InvalidValue(key, value, f"must be >= {least}")
+    if not -MOST <= int(value) <= MOST:
+        raise InvalidValue(key, value, f"must be at most {MOST} in size")
     return int(value)
 
 
@@ -129,9 +146,23 @@ def vector(key: str, value: Any, size: int | None, unit: str = "") -> tuple[floa
         raise InvalidValue(key, value, rule, unit)
     if size is not None and len(value) != size:
         raise InvalidValue(key, value, rule, unit)
-    if not all(_finite(x) for x in value):
+    if not all(finite(x) for x in value):
         raise InvalidValue(key, value, rule, unit)
     return tuple(float(x) for x in value)
+
+
+def truth(key: str, value: Any, size: int, unit: str = "") -> tuple[float | None, ...]:
+    """``value`` as a tuple of ``size`` finite floats, or None where they are unknown (null or NaN)."""
+    if value is None:
+        return (None,) * size
+    listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str | bytes)
+    if not listed or np.ndim(value) == 0 or len(value) != size:
+        raise InvalidValue(key, value, f"must be a list of {size} finite numbers, null where unknown", unit)
+    unknown = [item is None or (isinstance(item, float) and math.isnan(item)) for item in value]
+    known = vector(
+        key, [0.0 if skip else item for item, skip in zip(value, unknown, strict=True)], size, unit
+    )
+    return tuple(None if skip else item for item, skip in zip(known, unknown, strict=True))
 
 
 def interval(key: str, value: Any, unit: str = "") -> tuple[float, float]:
@@ -142,16 +173,18 @@ def interval(key: str, value: Any, unit: str = "") -> tuple[float, float]:
     return low, high
 
 
-def ordered_bounds(lower: Sequence[float], upper: Sequence[float], true: Sequence[float], unit: str) -> None:
-    """Check that ``lower`` < ``true`` < ``upper`` in every component (keys lower, upper, true)."""
+def ordered_bounds(
+    lower: Sequence[float], upper: Sequence[float], true: Sequence[float | None], unit: str
+) -> None:
+    """Check ``lower`` < ``true`` < ``upper`` in every component whose true value is known."""
     if not all(low < high for low, high in zip(lower, upper, strict=True)):
         raise InvalidValue("upper", list(upper), f"must exceed lower={list(lower)} in every component", unit)
-    if not all(low < value < high for low, value, high in zip(lower, true, upper, strict=True)):
+    if not all(value is None or a < value < b for a, value, b in zip(lower, true, upper, strict=True)):
         remedy = f"widen lower={list(lower)} and upper={list(upper)}, or move it"
         raise InvalidValue("true", list(true), "must lie inside the bounds", unit, remedy)
 
 
-def _finite(value: Any) -> bool:
+def finite(value: Any) -> bool:
     """Is ``value`` a number that a float can hold?"""
     if isinstance(value, bool) or not isinstance(value, Real):
         return False

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.kinds import OR_NULL, component
 
 
-@dataclass(frozen=True)
+@component
 class Rectangle:
     """A closed axis-parallel rectangle [length].
 
@@ -31,7 +33,7 @@ class Rectangle:
         return np.all((positions > self.lower) & (positions < self.upper), axis=-1)
 
 
-@dataclass(frozen=True)
+@component
 class Circle:
     """A closed disc [length].
 
@@ -70,7 +72,7 @@ class Grid:
         return np.stack(np.meshgrid(self.x, self.y, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-@dataclass(frozen=True)
+@component
 class Domain:
     """The rectangle W less its obstacles O.
 
@@ -82,15 +84,11 @@ class Domain:
 
     lower: Sequence[float] = (0.0, 0.0)
     upper: Sequence[float] = (200.0, 200.0)
-    obstacles: Sequence[Rectangle | Circle] = ()
+    obstacles: Annotated[Sequence[Rectangle | Circle], OR_NULL] = ()
 
     def __post_init__(self) -> None:
         _corners(self)
-        obstacles = () if self.obstacles is None else self.obstacles
-        listed = isinstance(obstacles, Sequence) and not isinstance(obstacles, str)
-        if not listed or not all(isinstance(o, Rectangle | Circle) for o in obstacles):
-            raise checks.InvalidValue("obstacles", obstacles, "must be a list of Rectangle or Circle")
-        object.__setattr__(self, "obstacles", tuple(obstacles))
+        object.__setattr__(self, "obstacles", tuple(self.obstacles or ()))
 
     def contains(self, positions: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which of the positions (n, 2) are water (walls and obstacle edges included), (n,)."""

@@ -1,4 +1,4 @@
-"""Deterministic points: where a search begins, what covers the box, normal draws for expectations.
+"""Deterministic points: where a search begins, what covers the box.
 
 All points u are in half-widths of the bounds, |u| <= 1. Nothing here is random: the same call gives the
 same numbers, so an estimator is a pure function of its fit problem.
@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm, qmc
+from scipy.stats import qmc
 
 
 @lru_cache(maxsize=32)
@@ -31,13 +31,6 @@ def additive_recurrence(count: int, p: int) -> NDArray[np.float64]:
 def cover(exponent: int, p: int) -> NDArray[np.float64]:
     """2^exponent scrambled Sobol' points of the box, (2^exponent, p)."""
     return _frozen(2.0 * qmc.Sobol(p, rng=np.random.default_rng(1)).random_base2(exponent) - 1.0)
-
-
-@lru_cache(maxsize=64)
-def normal_draws(exponent: int, n: int) -> NDArray[np.float64]:
-    """2^exponent quasi-random standard normal vectors, (2^exponent, n)."""
-    uniform = qmc.Sobol(n, rng=np.random.default_rng(2)).random_base2(exponent)
-    return _frozen(norm.ppf(uniform))
 
 
 @lru_cache(maxsize=8)

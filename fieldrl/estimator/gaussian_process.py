@@ -9,7 +9,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,16 +18,18 @@ from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from fieldrl.core import checks
+from fieldrl.core.cost import DOUBLE, Cost, Extent, solve_seconds
+from fieldrl.core.kinds import component
 from fieldrl.core.streams import stream
 from fieldrl.estimator.ledger import Ledger, at_centre
-from fieldrl.estimator.problem import Fit, FitProblem, Optimisation
+from fieldrl.estimator.problem import Fit, FitProblem, ForwardModel, Optimisation
 
 SCALES = ("log", "linear")
 DESIGNS = ("sobol", "lhs", "hammersly", "halton", "random", "grid")
 _SMALLEST = 1e-12  # a loss below this counts as this in a logarithm [field unit^2]
 
 
-@dataclass(frozen=True)
+@component
 class GaussianProcess:
     """Expected improvement on the misfit of each fold.
 
@@ -67,6 +69,18 @@ class GaussianProcess:
         checks.positive("tolerance", self.tolerance)
         checks.not_negative("tikhonov", self.tikhonov, "field unit^2")
 
+    def cost(self, extent: Extent, model: ForwardModel) -> Cost:
+        """scikit-optimize's time to model and to propose, and the solves."""
+        known = self.budget + (min(self.told, self.budget * extent.samples) if self.share else 0)
+        solves = min(self.budget, 3) if self.share else self.budget
+        fits = extent.samples * (extent.steps + 3) / 2 + 1
+        propose = 0.04 + 2e-3 * known + 2e-8 * known**3
+        design = self.initial * (5e-5 + (1e-5 * self.initial if self.design == "lhs" else 0))
+        one = solve_seconds(model, extent.steps)
+        course = 4 * extent.samples * self.budget * (extent.steps + 1) * (2 + extent.parameters)
+        memory = DOUBLE * (20_000 * known + 5 * known**2 + 100 * self.initial + course)
+        return Cost(memory, fits * (solves * (propose + one) + design), by=("budget", "initial", "told"))
+
     def fit(self, problem: FitProblem) -> Fit:
         """Minimisers of every fold among the solves; raises SolveFailed where no solve succeeded."""
         problem = replace(problem, tikhonov=self.tikhonov)
@@ -78,19 +92,18 @@ class GaussianProcess:
     def _together(self, problem: FitProblem) -> Fit:
         """One ledger for all folds."""
         ledger = Ledger(problem, share=True)
-        for fold in range(problem.folds):
-            _Optimisation(self, problem, ledger, fold).run()
-        return ledger.fit()
+        gains = [_Optimisation(self, problem, ledger, fold).run() for fold in range(problem.folds)]
+        return self._judged(ledger.fit(), np.array(gains))
 
     def _apart(self, problem: FitProblem) -> Fit:
         """A ledger for each fold: n + 1 optimisations that know nothing of each other."""
-        fits = []
+        fits, gains = [], []
         for fold in range(problem.folds):
             ledger = Ledger(problem)
-            _Optimisation(self, problem, ledger, fold).run()
+            gains.append(_Optimisation(self, problem, ledger, fold).run())
             fits.append(ledger.fit())
         courses = [fit.course for fit in fits if fit.course is not None]
-        return Fit(
+        together = Fit(
             theta=np.array([fit.theta[fold] for fold, fit in enumerate(fits)]),
             loss=np.array([fit.loss[fold] for fold, fit in enumerate(fits)]),
             residuals=np.array([fit.residuals[fold] for fold, fit in enumerate(fits)]),
@@ -101,6 +114,12 @@ class GaussianProcess:
                 np.concatenate([course.loss for course in courses]),
             ),
         )
+        return self._judged(together, np.array(gains))
+
+    def _judged(self, fit: Fit, gains: NDArray[np.float64]) -> Fit:
+        """The fit, with the gain that each fold's model still expects of one more solve, (folds,)."""
+        gap = fit.loss * -np.expm1(-gains) if self.scale == "log" else gains
+        return replace(fit, gap=gap, converged=gap <= self.tolerance * fit.loss)
 
 
 class _Optimisation:
@@ -110,8 +129,12 @@ class _Optimisation:
         self.settings, self.problem, self.ledger, self.fold = settings, problem, ledger, fold
         self.lowest, self.highest = np.inf, -np.inf
 
-    def run(self) -> None:
-        """Ask and tell until the budget is spent or, when sharing, little is expected to be gained."""
+    def run(self) -> float:
+        """Ask and tell until the budget is spent or, when sharing, little is expected to be gained.
+
+        Returns:
+            What one more solve is expected to gain; infinite before there is a model.
+        """
         settings, before = self.settings, self.ledger.evaluations
         known = self._known()
         optimizer = self._optimizer(max(settings.initial - len(known), 0))
@@ -122,6 +145,7 @@ class _Optimisation:
             if self.ledger.evaluations - before >= settings.budget or self._is_idle(optimizer, proposal):
                 break
             optimizer.tell(proposal, self._told(self._loss(np.array(proposal))))
+        return self._expected_gain(optimizer, [float(x) for x in optimizer.ask()])
 
     def _known(self) -> list[tuple[NDArray, float]]:
         """The best solves that the ledger holds for this fold, with their losses."""
@@ -167,18 +191,23 @@ class _Optimisation:
         self.lowest, self.highest = min(self.lowest, value), max(self.highest, value)
         return value
 
-    def _is_idle(self, optimizer, proposal: list[float]) -> bool:
+    def _is_idle(self, optimizer: Any, proposal: list[float]) -> bool:
         """Whether, when sharing, the proposal is expected to gain less than is worth a solve."""
-        if not self.settings.share or not optimizer.models:
+        if not self.settings.share:
             return False
+        scale = 1.0 if self.settings.scale == "log" else max(self.lowest, _SMALLEST)
+        return self._expected_gain(optimizer, proposal) < self.settings.tolerance * scale
+
+    def _expected_gain(self, optimizer: Any, proposal: list[float]) -> float:
+        """Expected improvement of what is modelled at the proposal; infinite before there is a model."""
+        if not optimizer.models:
+            return np.inf
         where = optimizer.space.transform([proposal])
         mean, deviation = (float(x[0]) for x in optimizer.models[-1].predict(where, return_std=True))
         if deviation <= 0.0:
-            return True
+            return 0.0
         z = (self.lowest - mean) / deviation
-        gain = deviation * float(z * norm.cdf(z) + norm.pdf(z))
-        scale = 1.0 if self.settings.scale == "log" else max(self.lowest, _SMALLEST)
-        return gain < self.settings.tolerance * scale
+        return deviation * float(z * norm.cdf(z) + norm.pdf(z))
 
 
 @contextmanager

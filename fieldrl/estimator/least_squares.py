@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
-from fieldrl.estimator.coarse_search import axis_neighbours, box_grid
-from fieldrl.estimator.global_fit import global_fit, global_fits, local_fits
+from fieldrl.core.cost import DOUBLE, Cost, Extent, solve_seconds
+from fieldrl.core.kinds import component
+from fieldrl.estimator.descent.coarse_search import axis_neighbours, box_grid
+from fieldrl.estimator.descent.global_fit import global_fit, global_fits, local_fits
 from fieldrl.estimator.problem import Compiled, Fit, FitProblem, ForwardModel
 
 
@@ -34,20 +36,24 @@ class _Search:
             self.memo = _memo(max(2 * len(self.memo[0]), n, 32), len(self.grid))
 
 
+_MOST_POINTS = 20_000  # of the coarse grid, from three parameters on
+_DESCENT, _STEP = 12, 4e-5  # evaluations of a descent, typically; time of a fit's beginning and end [s]
+
+
 def _memo(capacity: int, size: int) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Labels (capacity, 4), squared residuals, running sums and maxima (capacity, size)."""
     squared, total, largest = np.empty((3, capacity, size))
     return np.full((capacity, 4), np.nan), squared, total, largest
 
 
-@dataclass(frozen=True)
+@component
 class LeastSquares:
     """Levenberg-Marquardt on all folds.
 
     Args:
         starts: 1 descends once, from the centre of the bounds, as a local optimiser does; more descend
             from so many of the lowest minima of a coarse grid, to the global minimum.
-        grid: points of the coarse grid along each parameter.
+        grid: points of the coarse grid along each parameter; fewer where more than 20,000 would result.
         tikhonov: tau >= 0, weight of the pull towards the centre of the bounds [field unit^2].
         iterations: at most so many evaluations in one descent.
         tolerance: a step that moves no parameter by more is the last, in half-widths of the bounds.
@@ -67,28 +73,50 @@ class LeastSquares:
         checks.integer("iterations", self.iterations, 1)
         checks.positive("tolerance", self.tolerance)
 
+    def cost(self, extent: Extent, model: ForwardModel) -> Cost:
+        """The coarse grid's squared residuals, and the descents of every fold; solves, for another model."""
+        n, grid = extent.steps, float(self._points(extent.parameters)) ** extent.parameters
+        if not isinstance(model, Compiled):
+            solves = _DESCENT * (self.starts + n / 2) * extent.samples
+            return Cost(seconds=solves * solve_seconds(model, n), by=("starts",))
+        several = self.starts > 1
+        rows = 3 * max(64, 2 * n) + 4 * extent.parameters + 2
+        memory = DOUBLE * (several * grid * rows + 4 * self.starts * (n + 9) + min(n, 512) * n * n)
+        one, pooled = solve_seconds(model, 1), extent.samples
+        fits = extent.samples * (_STEP + _DESCENT * one * n * n / 3)
+        on_grid = several * grid * one * (extent.samples + pooled)
+        return Cost(memory, fits + on_grid, by=("starts", "grid"))
+
     def fit(self, problem: FitProblem) -> Fit:
         """Minimisers of every fold; raises SolveFailed where every solve of a model by differences fails."""
         search = self._search(problem.model)
         if search is None:
-            from fieldrl.estimator.multi_start import MultiStart  # SciPy's optimisers take long to import
+            from fieldrl.estimator.descent.multi_start import (
+                MultiStart,  # SciPy's optimisers take long to import
+            )
 
             return MultiStart(starts=self.starts, tikhonov=self.tikhonov).fit(problem)
         samples, weights = problem.samples, problem.weights
         folds, n = weights.shape
-        u, loss, residuals = np.empty((folds, search.grid.shape[1])), np.empty(folds), np.empty((folds, n))
+        u, residuals = np.empty((folds, search.grid.shape[1])), np.empty((folds, n))
+        loss, gap = np.empty((2, folds))
         what = search.model, (samples.positions, samples.times, samples.values), self.tikhonov, weights
         grid = search.grid, search.theta, search.neighbours, search.cell
         stop = self.iterations, self.tolerance
         if self.starts == 1:
-            evaluations = local_fits(*what, stop, u, loss, residuals)
+            evaluations = local_fits(*what, stop, u, loss, residuals, gap)
         elif folds == 1:
-            evaluations = global_fit(*what, grid, self.starts, stop, u, loss, residuals)
+            evaluations = global_fit(*what, grid, self.starts, stop, u, loss, residuals, gap)
         else:
             search.reserve(n)
-            evaluations = global_fits(*what, grid, search.memo, self.starts, stop, u, loss, residuals)
+            evaluations = global_fits(*what, grid, search.memo, self.starts, stop, u, loss, residuals, gap)
         _, _, centre, scale = search.model
-        return Fit(centre + scale * u, loss, residuals, evaluations, problem.known)
+        theta, reached = centre + scale * u, np.isfinite(gap)
+        return Fit(theta, loss, residuals, evaluations, problem.known, gap=gap, converged=reached)
+
+    def _points(self, p: int) -> int:
+        """Points of the coarse grid along each of p parameters."""
+        return self.grid if p < 3 else max(3, min(self.grid, int(_MOST_POINTS ** (1 / p) + 1e-9)))
 
     def _search(self, model: ForwardModel) -> _Search | None:
         """The coarse grid of a compiled model, kept from call to call; None for another model."""
@@ -102,8 +130,9 @@ class LeastSquares:
         parameters = model.parameters
         if not isinstance(model, Compiled):
             return None
-        grid = box_grid(self.grid, len(parameters))
+        points = self._points(len(parameters))
+        grid = box_grid(points, len(parameters))
         theta = np.ascontiguousarray(parameters.centre + parameters.half_width * grid)
         what = model.kernel, model.constants, parameters.centre, parameters.half_width
-        neighbours = axis_neighbours(self.grid, len(parameters))
-        return _Search(what, grid, theta, neighbours, 2.0 / self.grid, _memo(32, len(grid)))
+        neighbours = axis_neighbours(points, len(parameters))
+        return _Search(what, grid, theta, neighbours, 2.0 / points, _memo(32, len(grid)))

@@ -7,6 +7,7 @@ solves that the problem already knows (they cost nothing) and counts the new one
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -77,14 +78,16 @@ class Ledger:
         return [self._residuals[self._places[theta.tobytes()]] for theta in thetas]
 
     def fit(self) -> Fit:
-        """The best solve of every fold; raises SolveFailed where no solve succeeded."""
+        """The best solve of every fold, its gap unsaid; raises SolveFailed where no solve succeeded."""
         theta, residuals = self.theta, self.residuals
         if not len(theta):
             raise self._error or SolveFailed((), 0.0, "nothing was solved")
         losses = self.problem.losses(residuals, theta)
         best, folds = np.argmin(losses, axis=0), np.arange(losses.shape[1])
         known = theta if self.share else self.problem.known
-        return Fit(theta[best], losses[best, folds], residuals[best], self.evaluations, known, self.course())
+        told = self.evaluations, known, self.course()
+        unsaid = np.full(len(best), np.nan), np.zeros(len(best), dtype=bool)
+        return Fit(theta[best], losses[best, folds], residuals[best], *told, *unsaid)
 
     def course(self) -> Optimisation:
         """The new solves in order, with the loss of fold 0."""
@@ -138,7 +141,7 @@ def at_centre(problem: FitProblem, share: bool) -> Fit:
     """The fit of no samples: theta0, solved."""
     ledger = Ledger(problem, share)
     ledger.ask(problem.model.parameters.centre)
-    return ledger.fit()
+    return replace(ledger.fit(), gap=np.zeros(1), converged=np.ones(1, dtype=bool))
 
 
 def _rows(rows: list, width: int) -> NDArray[np.float64]:

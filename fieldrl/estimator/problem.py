@@ -89,10 +89,14 @@ class Fit:
     Args:
         theta: (folds, p).
         loss: penalised loss of each fold at its minimiser, (folds,) [field unit^2].
-        residuals: prediction - value of all samples at each fold's minimiser, (folds, n) [field unit].
+        residuals: prediction - value of all samples at each fold's minimiser, (folds, n) [field unit]. These
+            and the loss are of a solve there, or (``composite``) of a surrogate that knows them well enough.
         evaluations: forward evaluations of the whole sample set that were used.
         known: parameters whose solves a later fit may start from, (k, p).
         course: how the minimum was found, where the estimator says.
+        gap: how far the loss of each fold is expected to lie above its minimum; NaN or infinite where the
+            estimator cannot tell, (folds,) [field unit^2].
+        converged: whether that is within the estimator's tolerance, (folds,).
     """
 
     theta: NDArray[np.float64]
@@ -101,6 +105,13 @@ class Fit:
     evaluations: int
     known: NDArray[np.float64]
     course: Optimisation | None = None
+    gap: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    converged: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
+
+    @property
+    def share_converged(self) -> float:
+        """Share of the folds that are converged; NaN where the estimator does not say."""
+        return float(self.converged.mean()) if self.converged.size else float("nan")
 
 
 class Errors(NamedTuple):

@@ -1,4 +1,4 @@
-"""Convergence of the fits: best loss so far against the number of forward solves."""
+"""Convergence of the fits: regret, the best loss so far over the least of the fit, against forward solves."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from fieldrl.figures import curves, style
 
 _MOST = 200  # single fits that are drawn
+_NEGLIGIBLE = 1e-4  # of the noise's variance
 
 
 def has_convergence(record: xr.Dataset) -> bool:
@@ -21,7 +22,9 @@ def has_convergence(record: xr.Dataset) -> bool:
 
 
 def convergence_figure(record: xr.Dataset) -> Figure:
-    """Best loss so far of every fit against its solves.
+    """Regret of every fit against its solves.
+
+    What is less than a ten-thousandth of the noise's variance is drawn there: it changes no estimate.
 
     Args:
         record: holds ``trace_best`` (..., solves), NaN beyond the end of a fit.
@@ -29,10 +32,18 @@ def convergence_figure(record: xr.Dataset) -> Figure:
     trace = record["trace_best"]
     drawing = style.figure(style.COLUMN, 2.6)
     (axes,) = style.panels(drawing, 1)
-    draw_convergence(axes, trace.values.reshape(-1, trace.shape[-1]))
-    style.label(axes, "Forward solves", style.quantity("Best loss so far", trace.attrs.get("units", "")))
-    style.legend(axes, "upper right")
+    found = regret(trace.values.reshape(-1, trace.shape[-1]))
+    draw_convergence(axes, np.maximum(found, _floor(found, float(record.attrs.get("noise", 0.0)))))
+    unit = trace.attrs.get("units", "")
+    style.label(axes, "Forward solves of a fit", style.quantity("Regret", unit))
+    style.legend_across(drawing, axes)
     return drawing
+
+
+def regret(best: ArrayLike | Sequence[ArrayLike]) -> NDArray[np.float64]:
+    """Best loss so far less the least of the fit, (fits, k); 0 after a fit has ended."""
+    best = carried_on(padded(best))
+    return best - best[:, -1:]
 
 
 def draw_convergence(axes: Axes, best: ArrayLike | Sequence[ArrayLike]) -> None:
@@ -40,7 +51,8 @@ def draw_convergence(axes: Axes, best: ArrayLike | Sequence[ArrayLike]) -> None:
 
     Args:
         axes: where to draw.
-        best: for each fit its least loss after 1, 2, ... solves, (fits, k), NaN-padded or of unequal lengths.
+        best: for each fit its regret or least loss after 1, 2, ... solves, (fits, k), NaN-padded or of
+            unequal lengths.
     """
     best = carried_on(padded(best))
     solves = np.arange(1, best.shape[1] + 1)
@@ -48,7 +60,7 @@ def draw_convergence(axes: Axes, best: ArrayLike | Sequence[ArrayLike]) -> None:
     decades = curves.decades(best)
     if decades > curves.DECADES:
         style.logarithmic(axes, decades)
-    axes.plot(solves, chosen.T, drawstyle="steps-post", color=style.GREY, linewidth=0.4, alpha=0.35, zorder=1)
+    axes.plot(solves, chosen.T, drawstyle="steps-post", color=style.GREY, linewidth=0.5, alpha=0.5, zorder=1)
     curves.draw_band(axes, solves, best, f"median of {len(best)} fits", steps=True)
     style.open_frame(axes)
     style.count_along_x(axes)
@@ -67,3 +79,10 @@ def padded(best: ArrayLike | Sequence[ArrayLike]) -> NDArray[np.float64]:
 def carried_on(best: NDArray[np.float64]) -> NDArray[np.float64]:
     """Running minimum of each row of ``best`` (fits, k): a fit that has ended keeps its best loss."""
     return np.fmin.accumulate(best, axis=1)
+
+
+def _floor(found: NDArray[np.float64], noise: float) -> float:
+    """The least regret that is drawn [field unit^2]."""
+    if noise > 0:
+        return _NEGLIGIBLE * noise**2
+    return 1e-6 * float(np.nanmax(found, initial=0.0)) or 1.0

@@ -20,7 +20,7 @@ def field_error_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
         record: a run's record.
         replicate: its index.
     """
-    true, estimate = record["field_true"], record["field_estimate"].isel(replicate=replicate)
+    true, estimate = maps.true_field(record, replicate), record["field_estimate"].isel(replicate=replicate)
     drawing = style.figure(*maps.size(record, 3, beside=2.2, above=0.6), layout="compressed")
     row = style.panels(drawing, 3, shared=True)
     for axes in row:
@@ -32,7 +32,7 @@ def field_error_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
 
 def draw_true_and_estimate(left: Axes, right: Axes, record: xr.Dataset, replicate: int) -> None:
     """The two fields on one scale, its colour bar at the right; the samples on the estimate."""
-    true, estimate = record["field_true"], record["field_estimate"].isel(replicate=replicate)
+    true, estimate = maps.true_field(record, replicate), record["field_estimate"].isel(replicate=replicate)
     norm = Normalize(*maps.value_range(true, estimate))
     maps.draw_field(left, true, norm)
     image = maps.draw_field(right, estimate, norm)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -24,6 +26,28 @@ def learning_curve_figure(record: xr.Dataset) -> Figure:
     draw_return(left, record)
     draw_total_error(right, record)
     style.legend_across(drawing, right)
+    return drawing
+
+
+def compared_figure(records: Mapping[str, xr.Dataset]) -> Figure:
+    """Total error of the episodes of up to four runs: rolling means, their median and quartiles.
+
+    Args:
+        records: by name.
+    """
+    drawing = style.figure(style.PAGE, 2.65)
+    (axes,) = style.panels(drawing, 1)
+    for number, (name, record) in enumerate(records.items()):
+        errors = record["e_total"].isel(step=-1).transpose("replicate", "episode").values
+        values = curves.rolling_mean(errors, window(errors.shape[1]))
+        curves.draw_compared(axes, curves.episode_numbers(record), values, name, number)
+    shown = np.concatenate([line.get_ydata() for line in axes.lines])
+    if (decades := curves.decades(shown)) > curves.DECADES:
+        style.logarithmic(axes, decades)
+    style.open_frame(axes)
+    style.count_along_x(axes)
+    style.label(axes, "Episode", f"Total error {style.E_TOTAL}")
+    style.legend_across(drawing, axes)
     return drawing
 
 

@@ -53,6 +53,12 @@ def obstacles(record: xr.Dataset) -> list[Patch]:
     return [_patch(each) for each in json.loads(record.attrs.get("obstacles", "[]"))]
 
 
+def true_field(record: xr.Dataset, replicate: int) -> xr.DataArray:
+    """The true field at the final time (x, y); that of a replicate's best episode where truths vary."""
+    field = record["field_true"]
+    return field.isel(replicate=replicate) if "replicate" in field.dims else field
+
+
 def draw_field(axes: Axes, field: xr.DataArray, norm: Normalize, colours=style.SEQUENTIAL) -> AxesImage:
     """A field (x, y) given at cell centres, each cell as a patch of colour."""
     values = field.transpose("y", "x").values

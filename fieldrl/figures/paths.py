@@ -33,9 +33,22 @@ def path_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
     return drawing
 
 
+def best_path_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
+    """The path of the best episode of a replicate over the field at the final time, the true one if known."""
+    drawing = style.figure(*maps.size(record, 1, beside=1.35, above=0.6), layout="compressed")
+    (axes,) = style.panels(drawing, 1)
+    maps.prepare(axes, record)
+    episode = int(record["best_episode"].isel(replicate=replicate))
+    draw_episode(axes, record, episode, replicate)
+    style.title(
+        axes, f"Episode {curves.episode_numbers(record)[episode]}, {_score(record, episode, replicate)}"
+    )
+    return drawing
+
+
 def draw_episode(axes: Axes, record: xr.Dataset, episode: int, replicate: int) -> QuadContourSet | None:
     """One episode's path over the level sets of the true field; returns the level sets, or None."""
-    field = record["field_true"]
+    field = maps.true_field(record, replicate)
     level_sets = maps.draw_level_sets(axes, field, Normalize(*maps.value_range(field)))
     positions = record["position"].isel(replicate=replicate, episode=episode).transpose("step", "axis")
     maps.draw_path(axes, record["start"].values, positions.values)
@@ -43,8 +56,13 @@ def draw_episode(axes: Axes, record: xr.Dataset, episode: int, replicate: int) -
 
 
 def notable_episodes(record: xr.Dataset, replicate: int = 0) -> dict[int, str]:
-    """Index and title of the first, the best and the last episode, in order of time; equal ones are one."""
+    """Index and title of the first, the best and the last episode, in order of time; equal ones are one.
+
+    Where every episode has a truth of its own, the record holds the true field of the best one alone.
+    """
     best = int(record["best_episode"].isel(replicate=replicate))
+    if "truth" in record:
+        return {best: f"Episode {curves.episode_numbers(record)[best]} (best)"}
     roles: dict[int, list[str]] = {}
     for episode, role in ((0, "first"), (best, "best"), (record.sizes["episode"] - 1, "last")):
         roles.setdefault(episode, []).append(role)

@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fieldrl.figures import convergence, fields, files, learning, paths
+from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths
 
 Drawing = Callable[[xr.Dataset], Figure]
 
@@ -21,7 +21,7 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
         folder: where to.
 
     Returns:
-        The PNG files: path, learning curve, field error and, where the fits left traces, convergence.
+        The PNG files: course, path, learning curve, field error and, where the fits left traces, convergence.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -32,7 +32,14 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
 
 def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     """The drawing function of every picture that this record has the data for, by file name."""
-    chosen: dict[str, Drawing] = {
+    if estimates.is_estimate(record):
+        return {
+            "samples": estimates.field_figure,
+            "residuals": estimates.residuals_figure,
+            "fit": estimates.fit_figure,
+        }
+    chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
+    chosen |= {
         "path": paths.path_figure,
         "learning_curve": learning.learning_curve_figure,
         "field_error": fields.field_error_figure,

@@ -160,6 +160,15 @@ def colour_bar(mappable, axes: Axes, text: str) -> Colorbar:
     return bar
 
 
+def common_colour_bar(drawing: Figure, mappable, axes, text: str) -> Colorbar:
+    """One colour bar at the right of an array of axes, labelled with quantity and unit."""
+    bar = drawing.colorbar(mappable, ax=axes, pad=0.015, aspect=30, fraction=0.05)
+    bar.ax.tick_params(which="both", labelsize=SMALL, width=0.6, length=2.5, color=INK, labelcolor=INK, pad=2)
+    bar.outline.set_linewidth(0.6)  # pyright: ignore[reportCallIssue, reportAttributeAccessIssue]
+    bar.set_label(text, fontsize=TEXT, color=INK)
+    return bar
+
+
 def quantity(name: str, unit: str) -> str:
     """``name [unit]`` with powers raised; the bare name where it has no dimension."""
     if unit in _DIMENSIONLESS:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from fieldrl.core.samples import Samples
 from fieldrl.core.streams import stream
 from fieldrl.estimator.problem import FitProblem
-from fieldrl.mission.mission import Mission
+from fieldrl.mission.environment import Water
+from fieldrl.mission.mission import Mission, State
 from fieldrl.mission.record import EpisodeLog, replicate_record
 
 Report = Callable[[int, float, float], None]
@@ -104,30 +105,45 @@ class Replicate:
         """One learning episode, Algorithm 1."""
         agent, environment, rng = self.mission.agent, self.environment, self.exploration
         state = agent.begin_episode(self.agent_state)
+        environment.chance = self._chance(episode)
         observation, _ = environment.reset()
-        action = agent.act(state, observation, rng)
+        self.learning.begin(episode, environment)
+        action = self.choose(state, observation, rng)
         for step in range(self.mission.steps):
             following, reward, terminated, _, info = environment.step(action)
-            self.learning.write(episode, step, action, reward, following, info)
-            next_action = 0 if terminated else agent.act(state, following, rng)
+            self.learning.write(episode, step, action, reward, info)
+            next_action = 0 if terminated else self.choose(state, following, rng)
             state = agent.learn(state, observation, action, reward, following, next_action, terminated)
             observation, action = following, next_action
         self.agent_state = state
 
     def evaluate(self, episode: int) -> None:
         """One episode of the frozen greedy policy; its chance comes from streams of its own."""
-        environment, agent = self.environment, self.mission.agent
+        environment = self.environment
         environment.np_random = stream(self.seed, "evaluation sensor", self.number, episode)
+        environment.chance = stream(self.seed, "evaluation scenario", self.number, episode)
         rng = stream(self.seed, "evaluation", self.number, episode)
         observation, _ = environment.reset()
+        self.evaluation.begin(episode, environment)
         for step in range(self.mission.steps):
-            action = agent.act(self.agent_state, observation, rng, greedy=True)
+            action = self.choose(self.agent_state, observation, rng, greedy=True)
             observation, reward, _, _, info = environment.step(action)
-            self.evaluation.write(episode, step, action, reward, observation, info)
+            self.evaluation.write(episode, step, action, reward, info)
+
+    def choose(
+        self, state: State, observation: NDArray[np.float64], rng: np.random.Generator, greedy: bool = False
+    ) -> int:
+        """The agent's next action, by observation or, where it plans, by situation."""
+        agent: Any = self.mission.agent
+        if hasattr(agent, "plan"):
+            return agent.plan(state, self.environment.situation(), rng)
+        return agent.act(state, observation, rng, greedy)
 
     def pool(self) -> NDArray[np.float64]:
-        """The estimate from the samples of all learning episodes together, (p,)."""
+        """The estimate from the samples of all learning episodes together, (p,); NaN where truths differ."""
         values = self.learning.values
+        if self.mission.scenario.varies:
+            return np.full(len(self.mission.water.parameters), np.nan)
         samples = Samples.of(values["measured_position"], values["time"], values["value"])
         estimator, known = self.mission.estimator, self.environment.known
         problem = FitProblem(self.mission.water, samples, estimator.tikhonov, False, known)
@@ -137,7 +153,16 @@ class Replicate:
         """What a finished replicate leaves."""
         if self.pooled is None:
             raise RuntimeError("a replicate has a record when it is finished")
-        return replicate_record(self.mission, self.learning, self.evaluation, self.pooled)
+        logs = self.learning, self.evaluation
+        return replicate_record(self.mission, *logs, self.pooled, self.environment.known, self._water)
+
+    def _chance(self, episode: int) -> np.random.Generator:
+        """What the truth of a learning episode is drawn from."""
+        return stream(self.seed, "scenario", self.number, episode)
+
+    def _water(self, episode: int) -> Water:
+        """The water of a learning episode, with its truth."""
+        return self.mission.scenario.draw(self.mission.water, self._chance(episode))
 
 
 def run_replicate(

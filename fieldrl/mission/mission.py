@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.kinds import check_part, component
 from fieldrl.estimator.problem import Differentiable
-from fieldrl.mission.environment import Estimator, FieldSampling, Reward, Water
-from fieldrl.mission.reward import InformationGain
-from fieldrl.vehicle.unicycle import Unicycle
+from fieldrl.mission.environment import Estimator, FieldSampling, Vehicle, Water
+from fieldrl.observation.knowledge import Observation
+from fieldrl.observation.paper import Paper
+from fieldrl.reward.outcome import Reward
+from fieldrl.scenario import Scenario
+from fieldrl.scenario.fixed import Fixed
+from fieldrl.vehicle.unicycle import Flow
 
 State = dict[str, NDArray]
 
 
 class Agent(Protocol):
-    """What chooses actions. Its whole state is plain arrays."""
+    """What chooses actions. Its whole state is plain arrays.
+
+    An agent with a method ``plan(state, situation, rng)`` is asked that instead of ``act``; see
+    ``fieldrl.agent.situation``.
+    """
 
     def begin(self, low: NDArray, high: NDArray, actions: int) -> State: ...
 
@@ -40,7 +49,7 @@ class Agent(Protocol):
     ) -> State: ...
 
 
-@dataclass(frozen=True)
+@component
 class Mission:
     """A vehicle in a field, and how long it may learn.
 
@@ -53,31 +62,49 @@ class Mission:
         episodes: learning episodes.
         steps: samples of an episode.
         evaluation_episodes: episodes of the frozen greedy policy after learning.
+        observation: what the agent sees.
+        scenario: what is true in an episode.
     """
 
     water: Water
-    vehicle: Unicycle
+    vehicle: Vehicle
     agent: Agent
     estimator: Estimator
     reward: Reward
     episodes: int
     steps: int
     evaluation_episodes: int = 0
+    observation: Observation = field(default_factory=Paper)
+    scenario: Scenario = field(default_factory=Fixed)
 
     def __post_init__(self) -> None:
         checks.integer("episodes", self.episodes, 1)
         checks.integer("steps", self.steps, 1)
         checks.integer("evaluation_episodes", self.evaluation_episodes, 0)
+        check_part("water.flow", self.water.flow, Flow)
+        self._check_truth()
         self._check_start()
         self._check_horizon()
-        if isinstance(self.reward, InformationGain) and not isinstance(self.water, Differentiable):
+        self._check_scenario()
+        if getattr(self.reward, "needs_derivatives", False) and not isinstance(self.water, Differentiable):
             rule = "needs a model with derivatives, such as pde=advection"
-            raise checks.InvalidValue("reward", "information_gain", rule, remedy="use reward=total_error")
+            name = type(self.reward).__name__
+            raise checks.InvalidValue("reward", name, rule, remedy="use reward=total_error")
         environment = self.environment()
         try:
             self.agent.begin(environment.low, environment.high, len(self.vehicle.actions))
         except checks.InvalidValue as error:
             raise error.within("agent") from None
+
+    def _check_truth(self) -> None:
+        parameters = self.water.parameters
+        if not parameters.truth_known:
+            known = zip(parameters.names, parameters.true, strict=True)
+            unknown = ", ".join(name for name, value in known if value != value)
+            rule = f"a mission simulates the true field and needs the true value of {unknown}"
+            raise checks.InvalidValue(
+                "water.true", list(parameters.true), rule, remedy="give it, or fit samples of your own"
+            )
 
     def _check_start(self) -> None:
         try:
@@ -85,12 +112,22 @@ class Mission:
         except checks.InvalidValue as error:
             raise error.within("vehicle") from None
 
+    def _check_scenario(self) -> None:
+        try:
+            self.scenario.draw(self.water, np.random.default_rng(0))
+        except checks.InvalidValue as error:
+            raise error.within("scenario") from None
+
     def _check_horizon(self) -> None:
         duration = self.steps * self.vehicle.time_step
         if duration > self.water.horizon * (1 + 1e-9):
             rule = f"an episode of {duration:g} must end within the model's final time {self.water.horizon:g}"
             raise checks.InvalidValue(
-                "steps", self.steps, rule, "time", "fewer steps, or a later pde.final_time"
+                "steps",
+                self.steps,
+                rule,
+                "time",
+                "fewer steps, a shorter vehicle.time_step or a later pde.final_time",
             )
 
     @property
@@ -100,4 +137,5 @@ class Mission:
 
     def environment(self) -> FieldSampling:
         """A new environment of this mission."""
-        return FieldSampling(self.water, self.vehicle, self.estimator, self.reward, self.steps)
+        parts = self.water, self.vehicle, self.estimator, self.reward, self.steps
+        return FieldSampling(*parts, self.observation, self.scenario)

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fieldrl.core.domain import Domain, Rectangle
+from fieldrl.core.domain import Domain, Grid, Rectangle
+from fieldrl.core.parameters import Parameters
 from fieldrl.estimator.problem import Optimisation
+from fieldrl.mission.environment import FieldSampling, Water
+from fieldrl.mission.field_course import field_course
 from fieldrl.mission.mission import Mission
+from fieldrl.mission.trusted import assessed
 
 # name: (dimensions after the episode's, unit, long name)
 STEP_VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "position": (("step", "axis"), "length", "true position of the sample"),
-    "measured_position": (("step", "axis"), "length", "measured position of the sample"),
+    "measured_position": (("step", "axis"), "length", "measured position of the sample, as fitted"),
     "heading": (("step",), "rad", "true heading"),
     "time": (("step",), "time", "time of the sample"),
     "value": (("step",), "field unit", "measured value"),
@@ -28,30 +32,42 @@ STEP_VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "e_total": (("step",), "field unit^2", "total error, Eq. (7)"),
     "theta": (("step", "parameter"), "see parameter_unit", "estimated parameters"),
     "evaluations": (("step",), "1", "forward evaluations of the fits after this sample"),
+    "converged": (("step",), "1", "share of the fits after this sample that converged"),
 }
+
+EPISODE_VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "truth": (("parameter",), "see parameter_unit", "true parameters of the episode"),
+    "place": (("axis",), "length", "centre of the initial feature of the episode"),
+}
+"""Of a scenario that varies."""
 
 
 class EpisodeLog:
-    """Arrays that the episodes of one kind fill, (episodes, steps, ...)."""
+    """Arrays that the episodes of one kind fill, (episodes, steps, ...), and the truth of each."""
 
     def __init__(self, episodes: int, steps: int, parameters: int) -> None:
         sizes = {"step": steps, "axis": 2, "parameter": parameters}
         self.values = {
             name: np.full((episodes, *(sizes[dim] for dim in dims)), np.nan)
-            for name, (dims, _, _) in STEP_VARIABLES.items()
+            for name, (dims, _, _) in (STEP_VARIABLES | EPISODE_VARIABLES).items()
         }
         for name in ("action", "evaluations"):
             self.values[name] = np.zeros((episodes, steps), dtype=np.int64)
         self.courses: dict[tuple[int, int], Optimisation] = {}
 
-    def write(self, episode: int, step: int, action: int, reward: float, observation, info: dict) -> None:
+    def begin(self, episode: int, environment: FieldSampling) -> None:
+        """Keep the truth of an episode that begins."""
+        self.values["truth"][episode] = environment.theta
+        self.values["place"][episode] = environment.place
+
+    def write(self, episode: int, step: int, action: int, reward: float, info: dict) -> None:
         """Keep one step."""
         values, at = self.values, (episode, step)
         values["action"][at] = action
         values["reward"][at] = reward
-        values["measured_position"][at] = observation[:2]
         for name in (
-            "position", "heading", "time", "value", "e_f", "e_cv", "e_total", "theta", "evaluations",
+            "position", "measured_position", "heading", "time", "value",
+            "e_f", "e_cv", "e_total", "theta", "evaluations", "converged",
         ):  # fmt: skip
             values[name][at] = info[name]
         if info["course"] is not None and len(info["course"].loss):
@@ -76,12 +92,18 @@ class EpisodeLog:
         courses = (Optimisation(theta, loss) for theta, loss in zip(*parts, strict=True))
         self.courses = dict(zip(((int(e), int(s)) for e, s in state["course_at"]), courses, strict=False))
 
-    def dataset(self, prefix: str = "") -> xr.Dataset:
-        """The arrays with names, units and dimensions; ``prefix`` before each name and the episode."""
+    def dataset(self, prefix: str = "", truths: bool = False) -> xr.Dataset:
+        """The arrays with names, units and dimensions; ``prefix`` before each name and the episode.
+
+        Args:
+            prefix: of every name.
+            truths: with the truth of each episode.
+        """
         episode = f"{prefix}episode"
+        kept = STEP_VARIABLES | EPISODE_VARIABLES if truths else STEP_VARIABLES
         variables = {
             f"{prefix}{name}": ((episode, *dims), self.values[name], {"units": unit, "long_name": text})
-            for name, (dims, unit, text) in STEP_VARIABLES.items()
+            for name, (dims, unit, text) in kept.items()
         }
         total = self.values["reward"].sum(axis=1)
         variables[f"{prefix}return"] = (
@@ -113,7 +135,12 @@ class EpisodeLog:
 
 
 def replicate_record(
-    mission: Mission, learning: EpisodeLog, evaluation: EpisodeLog, pooled: NDArray
+    mission: Mission,
+    learning: EpisodeLog,
+    evaluation: EpisodeLog,
+    pooled: NDArray,
+    known: NDArray,
+    water_of: Callable[[int], Water],
 ) -> xr.Dataset:
     """The record of one replicate, without the dimension ``replicate``.
 
@@ -122,16 +149,20 @@ def replicate_record(
         learning: the learning episodes.
         evaluation: the evaluation episodes.
         pooled: estimate from all samples, (p,); NaN where there is none.
+        known: parameters that were solved, (k, p).
+        water_of: the water of a learning episode.
     """
     final = learning.values["e_total"][:, -1]
     best = int(np.argmin(np.where(np.isnan(final), np.inf, final)))
-    truth = mission.water.truth()
-    grid, theta = truth.grid, learning.values["theta"][best, -1]
-    estimate = mission.water.field(theta, mission.duration, grid)
-    record = xr.merge([learning.dataset(), evaluation.dataset("evaluation_")], join="outer")
+    water, varies = water_of(best), mission.scenario.varies
+    grid, theta = water.truth().grid, learning.values["theta"][best, -1]
+    estimate = water.field(theta, mission.duration, grid)
+    episodes = learning.dataset(truths=varies), evaluation.dataset("evaluation_", varies)
+    record = xr.merge(episodes, join="outer")
     record["pooled"] = (
         ("parameter",), pooled, {"units": "see parameter_unit", "long_name": "estimate from all samples"},
     )  # fmt: skip
+    record = record.assign(assessed(mission, water, learning.values, best, pooled, known))
     record["best_episode"] = ((), best, {"units": "1", "long_name": "episode of least total error"})
     record["forward_solves"] = (
         ("episode",),
@@ -141,7 +172,18 @@ def replicate_record(
     record["field_estimate"] = (
         ("x", "y"), estimate, {"units": "field unit", "long_name": "estimated field at the final time"},
     )  # fmt: skip
+    if varies:
+        record["field_true"] = _as_true_field(_true_field(water, mission.duration))
     return record
+
+
+def _true_field(water: Water, time: float) -> NDArray[np.float64]:
+    truth = water.truth()
+    return truth.field(np.array(water.parameters.true), time, truth.grid)
+
+
+def _as_true_field(field: NDArray) -> tuple[tuple[str, str], NDArray, dict[str, str]]:
+    return ("x", "y"), field, {"units": "field unit", "long_name": "true field at the final time"}
 
 
 def combine(replicates: Sequence[xr.Dataset], mission: Mission) -> xr.Dataset:
@@ -152,9 +194,37 @@ def combine(replicates: Sequence[xr.Dataset], mission: Mission) -> xr.Dataset:
         mission: what was done.
     """
     record = xr.concat(list(replicates), dim="replicate", join="outer")
-    parameters, truth = mission.water.parameters, mission.water.truth()
-    grid = truth.grid
-    field = truth.field(np.array(parameters.true), mission.duration, grid)
+    parameters, grid = mission.water.parameters, mission.water.truth().grid
+    start, noise = np.array(mission.vehicle.start), mission.vehicle.sensor.noise
+    field = None if mission.scenario.varies else _true_field(mission.water, mission.duration)
+    record = described(record, parameters, grid, field, start, mission.water.domain, noise)
+    if mission.scenario.varies:
+        record["true"] = record["true"] * np.nan  # there is one for each episode: the variable truth
+        return record
+    times = record["time"].isel(replicate=0, episode=0).values
+    return record.assign(field_course(mission.water.truth(), np.array(parameters.true), times))
+
+
+def described(
+    record: xr.Dataset,
+    parameters: Parameters,
+    grid: Grid,
+    field: NDArray | None,
+    start: NDArray,
+    domain: Domain,
+    noise: float,
+) -> xr.Dataset:
+    """A record with what its replicates have in common.
+
+    Args:
+        record: of all replicates.
+        parameters: the unknowns.
+        grid: of the fields.
+        field: the true field at the final time, (nx, ny) [field unit]; None: each replicate has its own.
+        start: where paths begin, (2,) [length].
+        domain: the water.
+        noise: standard deviation of a sample's noise [field unit].
+    """
     record = record.assign_coords(
         parameter=list(parameters.names),
         axis=["x", "y"],
@@ -165,20 +235,18 @@ def combine(replicates: Sequence[xr.Dataset], mission: Mission) -> xr.Dataset:
         ("parameter_unit", list(parameters.units), "unit of the parameter"),
         ("lower", list(parameters.lower), "lower bound"),
         ("upper", list(parameters.upper), "upper bound"),
-        ("true", list(parameters.true or np.full(len(parameters), np.nan)), "true value"),
+        ("true", list(parameters.true), "true value"),
     ):
         record[name] = (("parameter",), values, {"units": "see parameter_unit", "long_name": text})
-    record["start"] = (("axis",), list(mission.vehicle.start), {"units": "length", "long_name": "start"})
-    record["field_true"] = (
-        ("x", "y"), field, {"units": "field unit", "long_name": "true field at the final time"},
-    )  # fmt: skip
-    return record.assign_attrs(_attributes(mission))
+    record["start"] = (("axis",), list(start), {"units": "length", "long_name": "start"})
+    if field is not None:
+        record["field_true"] = _as_true_field(field)
+    return record.assign_attrs(_attributes(domain, noise))
 
 
-def _attributes(mission: Mission) -> dict[str, Any]:
-    domain = mission.water.domain
+def _attributes(domain: Domain, noise: float) -> dict[str, Any]:
     return {
-        "noise": mission.vehicle.sensor.noise,
+        "noise": noise,
         "domain_lower": list(domain.lower),
         "domain_upper": list(domain.upper),
         "obstacles": json.dumps(_obstacles(domain)),

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fieldrl.core.parameters import Parameters
+
 
 def summarise(record: xr.Dataset) -> dict[str, Any]:
     """Best episode of replicate 0, the same for every replicate, and the pooled estimate.
@@ -28,6 +30,13 @@ def summarise(record: xr.Dataset) -> dict[str, Any]:
     }
 
 
+def parameters(record: xr.Dataset) -> Parameters:
+    """The unknowns of a record."""
+    names, units = (tuple(map(str, record[name].values)) for name in ("parameter", "parameter_unit"))
+    lower, upper, true = (tuple(record[name].values.tolist()) for name in ("lower", "upper", "true"))
+    return Parameters(names, units, lower, upper, true)
+
+
 def replicate_result(record: xr.Dataset) -> dict[str, Any]:
     """Estimate and errors of a replicate's best episode, and what they cost.
 
@@ -37,25 +46,41 @@ def replicate_result(record: xr.Dataset) -> dict[str, Any]:
     best = int(record["best_episode"])
     last = record.isel(episode=best, step=-1)
     names = [str(name) for name in record["parameter"].values]
-    true, theta = record["true"].values, last["theta"].values
+    true, theta = last.get("truth", record["true"]).values, last["theta"].values
     units = [str(unit) for unit in record["parameter_unit"].values]
     difference = record["field_estimate"].values - record["field_true"].values
     return {
         "parameters": {
-            name: {"true": _number(true[k]), "estimate": _number(theta[k]), "unit": units[k]}
+            name: {
+                "true": _number(true[k]),
+                "estimate": _number(theta[k]),
+                "unit": units[k],
+                **_trust(record, "best", k),
+            }
             for k, name in enumerate(names)
         },
         "best_episode": best,
         **{name: _number(last[name].values) for name in ("e_f", "e_cv", "e_total")},
-        "theta_error": _number(np.linalg.norm(theta - true)),
-        "field_rmse": _number(np.sqrt(np.nanmean(difference**2))),
+        "theta_error": _number(parameters(record).distance(theta, true)),
+        "field_rmse": _number(np.sqrt(np.nanmean(difference**2))) if np.isfinite(difference).any() else None,
         "forward_solves": int(record["forward_solves"].sum()),
+        "converged": _number(record["converged"].mean().values),
         "pooled": {
             "parameters": {
-                name: {"estimate": _number(value)}
-                for name, value in zip(names, record["pooled"].values, strict=True)
+                name: {"estimate": _number(value), **_trust(record, "pooled", k)}
+                for k, (name, value) in enumerate(zip(names, record["pooled"].values, strict=True))
             }
         },
+        "verdict": str(record["verdict"].values),
+    }
+
+
+def _trust(record: xr.Dataset, name: str, k: int) -> dict[str, Any]:
+    """Standard deviation (None where nothing is told), 95 % interval, and whether unknown k is identified."""
+    return {
+        "std": _number(record[f"{name}_std"].values[k]),
+        "interval": [_number(end) for end in record[f"{name}_interval"].values[k]],
+        "identified": bool(record[f"{name}_identified"].values[k]),
     }
 
 

@@ -13,9 +13,10 @@ f(x, t) = h(x - t b) + integral over s from 0 to t of g(x + (s - t) b, s)
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import field
 from functools import cached_property
+from typing import Annotated, Any
 
 import numpy as np
 from numba import carray, cfunc, njit  # pyright: ignore[reportPrivateImportUsage]
@@ -24,42 +25,65 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.core.compiled import MODEL
 from fieldrl.core.domain import Domain, Grid
+from fieldrl.core.kinds import OR_NULL, component
 from fieldrl.core.parameters import Parameters
+from fieldrl.pde import advection_unknowns
 from fieldrl.pde.flow import UniformFlow
-from fieldrl.pde.initial import InitialFeature
+from fieldrl.pde.initial import InitialFeature, check_visible
 from fieldrl.pde.source import LocalisedSource
+from fieldrl.pde.truth import differing
+from fieldrl.pde.unknowns import Scalar, Unknowns, check_sides, check_truth, unknowns
 
+_MAY_DIFFER = ("initial", "source", "quadrature")
 _SOURCE, _NODES = 5, 11  # where source and quadrature begin in the constants, after the feature
+_FEATURE = ("amplitude", "centre", "", "scale", "exponent")  # in the order of their constants
+_SOURCE_FIELDS = ("strength", "centre", "", "width", "opens", "closes")
+_MOST_NODES = 1000  # finding them takes a second, and none of them is felt
+_TERM = 2e-8  # time of an exponential and its derivatives [s]
 _REACH = 6.5  # widths beyond which a Gaussian source is below 1e-18 of its strength
 
 
-@dataclass(frozen=True)
+@component
 class Advection:
-    """A feature carried by an unknown constant flow b; a forward model with p = 2.
+    """A feature carried by a constant flow b; a forward model.
 
     Args:
         initial: h(x).
         source: g(x, t), or None.
-        true: the flow that carries the true field (b_x, b_y) [length/time].
+        true: the flow that carries the true field (b_x, b_y), null where nobody knows it [length/time].
         lower: lower bounds of b [length/time].
         upper: upper bounds of b [length/time].
         domain: where the vehicle may go; the field itself is defined on the whole plane.
         quadrature: Gauss-Legendre nodes of Duhamel's integral.
+        true_model: what differs in the model that generates the true field, see ``truth.differing``; None:
+            nothing.
+        unknown: what is unknown, {name: {true, lower, upper}}, see ``unknowns``; None: b.
     """
 
     initial: InitialFeature = field(default_factory=InitialFeature)
     source: LocalisedSource | None = None
-    true: Sequence[float] = (5.0, 5.0)
+    true: Annotated[Sequence[float | None], OR_NULL] = (5.0, 5.0)
     lower: Sequence[float] = (-15.0, -15.0)
     upper: Sequence[float] = (15.0, 15.0)
     domain: Domain = field(default_factory=Domain)
     quadrature: int = 48
+    true_model: Mapping[str, Any] | None = None
+    unknown: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        for name in ("true", "lower", "upper"):
+        object.__setattr__(self, "true", checks.truth("true", self.true, 2, "length/time"))
+        for name in ("lower", "upper"):
             object.__setattr__(self, name, checks.vector(name, getattr(self, name), 2, "length/time"))
         checks.ordered_bounds(self.lower, self.upper, self.true, "length/time")
-        checks.integer("quadrature", self.quadrature, 2)
+        if checks.integer("quadrature", self.quadrature, 2) > _MOST_NODES:
+            raise checks.InvalidValue("quadrature", self.quadrature, f"must be <= {_MOST_NODES}")
+        check_sides(self._unknowns)
+        check_visible(self.initial, self.source, self.parameters.names)
+        self._check_truth()
+
+    def _check_truth(self) -> None:
+        """Builds the true field's model, which refuses what is impossible."""
+        check_truth(self._unknowns, self.truth()._unknowns)
 
     @cached_property
     def flow(self) -> UniformFlow:
@@ -67,10 +91,18 @@ class Advection:
         return UniformFlow()
 
     @cached_property
+    def _unknowns(self) -> Unknowns:
+        bounds = self.true, self.lower, self.upper
+        return unknowns(self.unknown, self.flow, bounds, {}, source=self.source, initial=self.initial)
+
+    @property
     def parameters(self) -> Parameters:
-        """b_x and b_y."""
-        units = ("length/time", "length/time")
-        return Parameters(("b_x", "b_y"), units, tuple(self.lower), tuple(self.upper), tuple(self.true))
+        """b_x and b_y, or what is named in ``unknown``."""
+        return self._unknowns.parameters
+
+    def flow_parameters(self, theta: NDArray) -> NDArray[np.float64]:
+        """b at theta (p,), (2,) [length/time]."""
+        return self._unknowns.flow_parameters(theta)
 
     @property
     def horizon(self) -> float:
@@ -87,24 +119,40 @@ class Advection:
     @property
     def kernel(self) -> int:
         """Address of the compiled MODEL function."""
-        return int(_model.address or 0)
+        return int((_model if self.unknown is None else advection_unknowns.kernel).address or 0)
 
     @cached_property
     def constants(self) -> NDArray[np.float64]:
         """Feature, source and quadrature, as the compiled function reads them."""
         source = np.zeros(6) if self.source is None else self.source.constants
         nodes, weights = np.polynomial.legendre.leggauss(self.quadrature)
-        return np.concatenate([self.initial.constants, source, [self.quadrature], nodes, weights])
+        rest = [self.quadrature], nodes, weights
+        if self.unknown is None:
+            return np.concatenate([self.initial.constants, source, *rest])
+        scalars = self._unknowns.scalars
+        places = [len(scalars), *map(_number, scalars), self.source is not None]
+        flow = np.nan_to_num(self._unknowns.flow)
+        return np.concatenate([flow, self.initial.constants, source, places, *rest])
+
+    def solve_seconds(self, samples: int) -> float:
+        """Time to predict one candidate at so many samples [s]."""
+        return samples * _TERM * (1 if self.source is None else self.quadrature)
 
     def truth(self) -> Advection:
-        """The model that generates the true field: this one, for it is exact."""
-        return self
+        """The model that generates the true field: this one, for it is exact, but for ``true_model``."""
+        if self.true_model is None:
+            return self
+        return differing(self, self.true_model, _MAY_DIFFER, true_model=None)
+
+    def admissible(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The positions (n, 2) themselves: the field is defined on the whole plane [length]."""
+        return positions
 
     def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
         """Eq. (2) for m candidates at n samples.
 
         Args:
-            theta: candidates b, (m, 2) [length/time].
+            theta: candidates, (m, p).
             positions: (n, 2) [length].
             times: (n,), >= 0 [time].
 
@@ -114,7 +162,7 @@ class Advection:
         return self._evaluate(theta, positions, times)[0]
 
     def jacobian(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
-        """Derivatives of ``predict`` with respect to b, (m, n, 2) [field unit time/length]."""
+        """Derivatives of ``predict`` by the unknowns, (m, n, p) [field unit / unit of each]."""
         return self._evaluate(theta, positions, times)[1]
 
     def field(self, theta: NDArray, time: float, grid: Grid) -> NDArray[np.float64]:
@@ -127,7 +175,16 @@ class Advection:
         theta = np.ascontiguousarray(theta, dtype=float)
         positions = np.ascontiguousarray(positions, dtype=float)
         times = np.ascontiguousarray(times, dtype=float)
-        return _evaluate(theta, positions, times, self.constants)
+        evaluate = _evaluate if self.unknown is None else advection_unknowns.evaluate
+        return evaluate(theta, positions, times, self.constants)
+
+
+def _number(scalar: Scalar) -> int:
+    """The number of a scalar in ``advection_unknowns``."""
+    if scalar.part == "flow":
+        return int(scalar.field)
+    fields, first = (_FEATURE, 2) if scalar.part == "initial" else (_SOURCE_FIELDS, 7)
+    return first + fields.index(str(scalar.field)) + (scalar.place or 0)
 
 
 @njit(cache=True, error_model="numpy")

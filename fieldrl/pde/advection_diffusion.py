@@ -17,45 +17,36 @@ the last one. The solves are kept by ``solutions``.
 from __future__ import annotations
 
 import hashlib
-import itertools
-import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import field
+from functools import cached_property, partial
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fieldrl import __version__
 from fieldrl.core import checks
+from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Domain, Grid
+from fieldrl.core.kinds import OR_NULL, component
 from fieldrl.core.parameters import Parameters
-from fieldrl.pde import sampling
-from fieldrl.pde.discretisation import MOST_SUBSTEPS, Discretisation, Source
+from fieldrl.pde.finite_volumes import feasible, resolution, sampling
+from fieldrl.pde.finite_volumes.discretisation import Discretisation, Source, has_streamfunction
+from fieldrl.pde.finite_volumes.inside import check_inside
 from fieldrl.pde.flow import DoubleGyre, Flow
-from fieldrl.pde.initial import InitialFeature
-from fieldrl.pde.inside import check_inside
+from fieldrl.pde.flow.ordinary import adapted
+from fieldrl.pde.initial import Feature, InitialFeature, check_visible
 from fieldrl.pde.solutions import Solutions, key
+from fieldrl.pde.truth import differing
+from fieldrl.pde.unknowns import Unknowns, check_sides, check_truth, steepest, unknowns
 
 _ORDERS = (3, 5, 7, 9)
-_FEWEST_CELLS = 9  # what sampling between cells needs
-_CELLS_PER_FEATURE = 5.0
-_SCHEME = f"finite volumes 2, fieldrl {__version__}"
+_SCHEMES = {"finite_volumes": f"finite volumes 2, fieldrl {__version__}", "semi_lagrangian": "1"}
+_MAY_DIFFER = ("flow", "initial", "source", "diffusivity", "scheme", "order", "courant", "positive")
 
 
-class CoarseGrid(UserWarning):
-    """A grid on which the initial feature cannot be followed."""
-
-
-def _feature() -> InitialFeature:
-    return InitialFeature(centre=(60.0, 40.0), scale=20.0)
-
-
-def _basin() -> Domain:
-    return Domain(upper=(200.0, 100.0))
-
-
-@dataclass(frozen=True)
+@component
 class AdvectionDiffusion:
     """A feature that a flow stirs and diffusion spreads; a forward model.
 
@@ -72,35 +63,45 @@ class AdvectionDiffusion:
         cells: (nx, ny), at least 9 each.
         final_time: how far a solve reaches [time].
         interval: time between the states that a solve leaves [time].
-        true: parameters of the true field, (p,).
+        true: parameters of the true field, (p,), null where nobody knows them.
         lower: lower bounds of the parameters, (p,).
         upper: upper bounds of the parameters, (p,).
         truth_refinement: how many times finer each side of the true field's grid is.
+        true_model: what else differs in the true field's model, see ``truth.differing``; None: nothing.
+        scheme: finite_volumes, or semi_lagrangian: another method, to compare with, not for obstacles.
         order: of the upwind stencils, 3, 5, 7 or 9.
         courant: share of the stability limit that a time step uses, in (0, 1].
         positive: limit the fluxes so that no cell becomes negative (slower; first order at new extremes).
         solutions: where solves are kept.
+        unknown: what is unknown, {name: {true, lower, upper}}, see ``unknowns``; None: the flow's parameters.
     """
 
     flow: Flow = field(default_factory=DoubleGyre)
-    initial: InitialFeature = field(default_factory=_feature)
+    initial: Feature = field(default_factory=partial(InitialFeature, centre=(60.0, 40.0), scale=20.0))
     source: Source | None = None
     diffusivity: float = 1.0
-    domain: Domain = field(default_factory=_basin)
+    domain: Domain = field(default_factory=partial(Domain, upper=(200.0, 100.0)))
     cells: Sequence[int] = (142, 71)
     final_time: float = 10.0
     interval: float = 1.0
-    true: Sequence[float] = (0.25, float(np.pi / 5))
+    true: Annotated[Sequence[float | None], OR_NULL] = (0.25, float(np.pi / 5))
     lower: Sequence[float] = (0.0, 0.1)
     upper: Sequence[float] = (0.5, 1.3)
     truth_refinement: int = 2
+    true_model: Mapping[str, Any] | None = None
+    scheme: str = "finite_volumes"
     order: int = 9
     courant: float = 0.95
     positive: bool = False
     solutions: Solutions = field(default_factory=Solutions, compare=False)
+    unknown: Mapping[str, Any] | None = None
+
+    _most_substeps: ClassVar[int] = 0
 
     def __post_init__(self) -> None:
-        for name in ("true", "lower", "upper"):
+        object.__setattr__(self, "flow", adapted(self.flow))
+        object.__setattr__(self, "true", checks.truth("true", self.true, len(self.flow.names)))
+        for name in ("lower", "upper"):
             values = checks.vector(name, getattr(self, name), len(self.flow.names))
             object.__setattr__(self, name, values)
         checks.ordered_bounds(self.lower, self.upper, self.true, ", ".join(self.flow.units))
@@ -109,58 +110,71 @@ class AdvectionDiffusion:
         checks.positive("interval", self.interval, "time")
         checks.integer("truth_refinement", self.truth_refinement, 1)
         checks.boolean("positive", self.positive)
+        check_sides(self._unknowns)
+        check_visible(self.initial, self.source, self.parameters.names)
         self._check_scheme()
-        self._check_feature()
-        self._check_bounds()
+        self._check_grid()
+        self._check_truth()
 
     def _check_scheme(self) -> None:
+        checks.one_of("scheme", self.scheme, tuple(_SCHEMES))
+        if self.scheme != "finite_volumes" and (self.domain.obstacles or self.positive):
+            rule = "has neither obstacles nor positive=true"
+            raise checks.InvalidValue("scheme", self.scheme, rule, remedy="use finite_volumes")
+        if not has_streamfunction(self.flow):
+            self._check_without_streamfunction()
         if self.order not in _ORDERS:
             raise checks.InvalidValue("order", self.order, "must be 3, 5, 7 or 9")
         checks.positive("courant", self.courant)
         checks.between("courant", self.courant, 0.0, 1.0)
-        if (
-            isinstance(self.cells, str)
-            or not isinstance(self.cells, Sequence | np.ndarray)
-            or len(self.cells) != 2
-        ):
-            raise checks.InvalidValue("cells", self.cells, "must be [nx, ny]")
-        cells = tuple(checks.integer("cells", n, _FEWEST_CELLS) for n in self.cells)
-        object.__setattr__(self, "cells", cells)
+        object.__setattr__(self, "cells", feasible.checked_cells(self.cells, self.truth_refinement))
 
-    def _check_feature(self) -> None:
-        """Warns, with the number, where the feature rises over too few cells."""
+    def _check_without_streamfunction(self) -> None:
+        rule = "needs a flow with a streamfunction"
+        if self.domain.obstacles:
+            raise checks.InvalidValue("domain.obstacles", self.domain.obstacles, rule)
+        if self.scheme == "semi_lagrangian":  # it solves dc/dt + v grad c, which is another equation
+            raise checks.InvalidValue("scheme", self.scheme, rule, remedy="use finite_volumes")
+
+    def _check_grid(self) -> None:
         if self.positive and self._start.min() < 0:
             raise checks.InvalidValue("positive", True, "needs an initial feature that is nowhere negative")
-        free = sampling.cell_averages(self.initial.value, *self._scheme.edges)
-        resolved = sampling.cells_per_rise(free)
-        if resolved < _CELLS_PER_FEATURE:
-            warnings.warn(
-                f"cells={list(self.cells)}: the initial feature rises over {resolved:.1f} cells; "
-                f"the solver needs at least {_CELLS_PER_FEATURE:g} to follow it",
-                CoarseGrid,
-                stacklevel=4,
-            )
+        for which, feature in steepest(self._unknowns):
+            resolution.check_feature(self._scheme, feature, which)
+        parameters = self.parameters
+        lower, upper = (self.flow_parameters(np.array(side)) for side in (parameters.lower, parameters.upper))
+        scheme = self._scheme.differing(
+            None, self._unknowns.parts_at(np.array(parameters.upper))["diffusivity"]
+        )
+        most = feasible.checked_bounds(scheme, lower.tolist(), upper.tolist(), self.final_time)
+        object.__setattr__(self, "_most_substeps", most)
 
-    def _check_bounds(self) -> None:
-        """Refuses bounds that hold a flow which this grid cannot follow."""
-        times = np.linspace(0.0, self.final_time, 9)
-        for corner in itertools.product(*zip(self.lower, self.upper, strict=True)):
-            with np.errstate(all="ignore"):
-                psi = self._scheme.streamfunction(np.array(corner), times)
-                stable = (
-                    self._scheme.follows(psi) and self._scheme.substeps(psi, self.final_time) <= MOST_SUBSTEPS
-                )
-            if not stable:
-                rule = f"the bounds hold a flow that the grid cannot follow stably, theta={list(corner)}"
-                raise checks.InvalidValue(
-                    "upper", self.upper, rule, remedy="narrow the bounds or refine the grid"
-                )
+    def _check_truth(self) -> None:
+        """Builds the true field's model, which refuses what is impossible."""
+        if self.true_model is None:
+            return
+        truth = self.truth()
+        check_truth(self._unknowns, truth._unknowns)
+        if (names := truth.flow.names) != self.flow.names:
+            rule = f"must have the model's parameters, {', '.join(self.flow.names)}"
+            raise checks.InvalidValue("true_model.flow", ", ".join(names), rule)
 
     @cached_property
+    def _unknowns(self) -> Unknowns:
+        bounds, own = (
+            (self.true, self.lower, self.upper),
+            {"diffusivity": (self.diffusivity, "length^2/time")},
+        )
+        return unknowns(self.unknown, self.flow, bounds, own, source=self.source, initial=self.initial)
+
+    @property
     def parameters(self) -> Parameters:
-        """Those of the flow."""
-        flow = self.flow
-        return Parameters(flow.names, flow.units, tuple(self.lower), tuple(self.upper), tuple(self.true))
+        """Those of the flow, or what is named in ``unknown``."""
+        return self._unknowns.parameters
+
+    def flow_parameters(self, theta: NDArray) -> NDArray[np.float64]:
+        """The flow's parameters, those that are not unknown included, at theta (p,)."""
+        return self._unknowns.flow_parameters(theta)
 
     @property
     def horizon(self) -> float:
@@ -178,6 +192,16 @@ class AdvectionDiffusion:
         physics = self.flow, self.source, self.diffusivity, self.domain
         return Discretisation(*physics, (nx, ny), self.order, self.courant, self.positive)
 
+    def _solver(self, parts: Mapping[str, Any]) -> Any:
+        """What marches through time, with these parts."""
+        source, diffusivity = parts["source"], parts["diffusivity"]
+        if self.scheme == "finite_volumes":
+            same = source is self.source and diffusivity == self.diffusivity
+            return self._scheme if same else self._scheme.differing(source, diffusivity)
+        from fieldrl.pde.semi_lagrangian import SemiLagrangian  # imports SciPy
+
+        return SemiLagrangian(self.flow, source, diffusivity, self.domain, self._scheme.cells)
+
     @cached_property
     def _start(self) -> NDArray[np.float64]:
         """Cell averages of h, (nx, ny)."""
@@ -185,10 +209,21 @@ class AdvectionDiffusion:
 
     @cached_property
     def _key(self) -> str:
-        """All that a solve depends on but theta."""
-        parts = (self.flow, self.initial, self.source, self.diffusivity, self.domain, self.cells)
+        """All that a solve depends on but theta, where the flow alone is unknown."""
+        return self._key_of(self._unknowns.parts)
+
+    def _key_of(self, parts: Mapping[str, Any]) -> str:
+        """All that a solve with these parts depends on but the flow's parameters."""
+        physics = (
+            self.flow,
+            parts["initial"],
+            parts["source"],
+            parts["diffusivity"],
+            self.domain,
+            self.cells,
+        )
         options = (self.final_time, self.interval, self.order, self.courant, self.positive)
-        return key(_SCHEME, *parts, *options)
+        return key(_SCHEMES[self.scheme], *physics, *options)
 
     @cached_property
     def snapshot_times(self) -> NDArray[np.float64]:
@@ -196,9 +231,30 @@ class AdvectionDiffusion:
         whole = np.arange(int(np.ceil(self.final_time / self.interval - 1e-9))) * self.interval
         return np.append(whole, self.final_time)
 
+    @property
+    def snapshots(self) -> int:
+        """How many states a solve leaves."""
+        return int(np.ceil(self.final_time / self.interval - 1e-9)) + 1
+
+    def solve_seconds(self, samples: int) -> float:
+        """Time to predict one candidate, however many the samples [s]."""
+        return feasible.solve_seconds(self._scheme, max(self._most_substeps, 2 * self.snapshots))
+
+    def cost(self, extent: Extent) -> Cost:
+        """The true field's solve, working arrays and stored solves."""
+        size = self.cells, self.snapshots, self.truth_refinement
+        return feasible.cost(extent, *size, self.solve_seconds(1), self.solutions.memory * 2.0**20)
+
     def truth(self) -> AdvectionDiffusion:
-        """The model that generates the true field: the same physics on a finer grid."""
-        return replace(self, cells=tuple(n * self.truth_refinement for n in self.cells))
+        """The model that generates the true field: on a finer grid, and with what ``true_model`` changes."""
+        finer = tuple(n * self.truth_refinement for n in self.cells)
+        changes = {} if self.true_model is None else self.true_model
+        besides = {"cells": finer, "truth_refinement": 1, "true_model": None}
+        return differing(self, changes, _MAY_DIFFER, **besides)
+
+    def admissible(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The nearest positions (n, 2) in the domain's rectangle: the grid ends at the walls [length]."""
+        return np.clip(positions, self.domain.lower, self.domain.upper)
 
     def solve(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Cell averages at ``snapshot_times`` for theta (p,), (k, nx, ny) [field unit]; or SolveFailed."""
@@ -246,8 +302,22 @@ class AdvectionDiffusion:
         return self._clipped(values)
 
     def _march(self, theta: NDArray) -> NDArray[np.float64]:
-        later = self._scheme.march(theta, self._start, self.snapshot_times.tolist())
-        return np.concatenate([self._start[None], later])
+        parts = self._unknowns.parts_at(theta)
+        start = self._start if parts["initial"] is self.initial else self._averages(parts["initial"])
+        later = self._carry(theta, parts, start, self.snapshot_times.tolist())
+        return np.concatenate([start[None], later])
+
+    def _averages(self, initial: Feature) -> NDArray[np.float64]:
+        return self._scheme.averages(initial.value)
+
+    def _carry(
+        self, theta: NDArray, parts: Mapping[str, Any], state: NDArray, times: Sequence[float]
+    ) -> NDArray[np.float64]:
+        """Cell averages at times[1:] with these parts, (k, nx, ny); a failed solve tells theta."""
+        try:
+            return self._solver(parts).march(self.flow_parameters(theta), state, times)
+        except checks.SolveFailed as error:
+            raise checks.SolveFailed(theta.tolist(), error.time, error.reason) from None
 
     def _nearest(self, times: NDArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """The nearest snapshot of each time, and whether the time lies between snapshots, (n,) each."""
@@ -261,7 +331,9 @@ class AdvectionDiffusion:
 
     def _name(self, theta: NDArray, times: tuple[float, ...] = ()) -> str:
         """What the store calls a solve, or its state between two times."""
-        told = self._key.encode() + theta.tobytes() + np.array(times).tobytes()
+        alone = self._unknowns.of_flow_alone
+        name = self._key if alone else self._key_of(self._unknowns.parts_at(theta))
+        told = name.encode() + self.flow_parameters(theta).tobytes() + np.array(times).tobytes()
         return hashlib.blake2b(told, digest_size=20).hexdigest()
 
     def _state(self, theta: NDArray, time: float) -> NDArray[np.float64]:
@@ -271,8 +343,11 @@ class AdvectionDiffusion:
             return solution[nearest[0]]
         last = int(np.searchsorted(self.snapshot_times, time)) - 1
         span = (float(self.snapshot_times[last]), float(time))
-        march = self._scheme.march
-        return self.solutions.get(self._name(theta, span), lambda: march(theta, solution[last], span)[0])
+
+        def carried() -> NDArray[np.float64]:
+            return self._carry(theta, self._unknowns.parts_at(theta), solution[last], span)[0]
+
+        return self.solutions.get(self._name(theta, span), carried)
 
     def _stencils(self, positions: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Cells round every position, x and y (n, WIDTH, WIDTH), and their weights, x and y (n, WIDTH)."""

@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.kinds import component
 
 
-@dataclass(frozen=True)
+class Feature(Protocol):
+    """What the water holds at time 0: value(positions (n, 2)) -> (n,) [field unit]."""
+
+    def value(self, positions: NDArray[np.float64]) -> NDArray[np.float64]: ...
+
+
+def check_visible(initial: Any, source: Any, unknown: Collection[str]) -> None:
+    """Raises InvalidValue where nothing is ever in the water: the feature is 0 and there is no source."""
+    if getattr(initial, "amplitude", 1.0) == 0 and source is None and "amplitude" not in unknown:
+        rule = "must not be 0 where there is no source: the water would be empty"
+        raise checks.InvalidValue("initial.amplitude", initial.amplitude, rule, "field unit")
+
+
+@component
 class InitialFeature:
     """A feature that decays from its centre, Eq. (26).
 
     Args:
-        amplitude: a, the value at the centre, not 0 [field unit].
+        amplitude: a, the value at the centre [field unit].
         centre: c, (x, y) [length].
         scale: sigma > 0 [length].
         exponent: q >= 1, how sharply it decays.
@@ -27,9 +41,16 @@ class InitialFeature:
     scale: float = 40.0
     exponent: float = 2.0
 
+    scalars: ClassVar[dict[str, tuple[str, int | None, str]]] = {
+        "amplitude": ("amplitude", None, "field unit"),
+        "centre_x": ("centre", 0, "length"),
+        "centre_y": ("centre", 1, "length"),
+        "scale": ("scale", None, "length"),
+        "exponent": ("exponent", None, "1"),
+    }
+
     def __post_init__(self) -> None:
-        if checks.number("amplitude", self.amplitude, "field unit") == 0:
-            raise checks.InvalidValue("amplitude", self.amplitude, "must not be 0", "field unit")
+        checks.number("amplitude", self.amplitude, "field unit")
         object.__setattr__(self, "centre", checks.vector("centre", self.centre, 2, "length"))
         checks.positive("scale", self.scale, "length")
         checks.at_least("exponent", self.exponent, 1)

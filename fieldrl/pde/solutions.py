@@ -18,7 +18,6 @@ import uuid
 import warnings
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.kinds import component
 
 _MEGABYTE = 2**20
 _DIGEST = 16
@@ -63,7 +63,7 @@ def _describe(part: Any) -> bytes:
         return uuid.uuid4().bytes
 
 
-@dataclass(frozen=True)
+@component
 class Solutions:
     """A store of arrays by key.
 
@@ -76,14 +76,12 @@ class Solutions:
     """
 
     memory: float = 512.0
-    directory: str | None = None
+    directory: str | os.PathLike[str] | None = None
     disk: float = 4096.0
 
     def __post_init__(self) -> None:
         checks.not_negative("memory", self.memory, "MB")
         checks.not_negative("disk", self.disk, "MB")
-        if self.directory is not None and not isinstance(self.directory, str | os.PathLike):
-            raise checks.InvalidValue("directory", self.directory, "must be a folder or null")
         self._forget()
 
     def __getstate__(self) -> dict[str, Any]:

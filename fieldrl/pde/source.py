@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.kinds import component
 
 
-@dataclass(frozen=True)
+@component
 class LocalisedSource:
     """A source (or sink) round one place: g = rate exp(-|x - c|^2 / width^2) while it is open.
 
@@ -28,6 +29,15 @@ class LocalisedSource:
     width: float
     opens: float = 0.0
     closes: float | None = None
+
+    scalars: ClassVar[dict[str, tuple[str, int | None, str]]] = {
+        "source_strength": ("strength", None, "field unit/time"),
+        "source_x": ("centre", 0, "length"),
+        "source_y": ("centre", 1, "length"),
+        "source_width": ("width", None, "length"),
+        "source_opens": ("opens", None, "time"),
+        "source_closes": ("closes", None, "time"),
+    }
 
     def __post_init__(self) -> None:
         checks.number("strength", self.strength, "field unit/time")

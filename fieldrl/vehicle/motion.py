@@ -79,6 +79,52 @@ def advance(
 
 
 @njit(cache=True)
+def follow(
+    state,
+    plans,
+    controls,
+    time,
+    duration,
+    substeps,
+    kernel,
+    thetas,
+    constants,
+    walls,
+    rectangles,
+    circles,
+):
+    """The states (M, K, H, 3) along plans (K, H) of ``controls`` (actions, 4), for flow parameters (M, p).
+
+    A row of ``controls`` is speed, rate, low, high of ``advance``; the rest is as there.
+    """
+    count, horizon = plans.shape
+    states = np.empty((thetas.shape[0], count, horizon, 3))
+    for m in range(thetas.shape[0]):
+        for k in range(count):
+            now = state
+            for i in range(horizon):
+                speed, rate, low, high = controls[plans[k, i]]
+                now = advance(
+                    now,
+                    speed,
+                    rate,
+                    low,
+                    high,
+                    time + i * duration,
+                    duration,
+                    substeps,
+                    kernel,
+                    thetas[m],
+                    constants,
+                    walls,
+                    rectangles,
+                    circles,
+                )
+                states[m, k, i] = now
+    return states
+
+
+@njit(cache=True)
 def _turning_time(heading, rate, low, high, duration):
     """How long the heading turns before it reaches its limit, at most ``duration`` [time]."""
     if rate == 0.0:

@@ -9,16 +9,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.kinds import component
 
 
-@dataclass(frozen=True)
+@component
 class Sensor:
     """A probe with noise N(0, sigma^2), and the state with noise N(0, Sigma), Eq. (14).
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, lru_cache
 from typing import Protocol
 
@@ -19,8 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Circle, Domain, Rectangle
-from fieldrl.vehicle.motion import advance
+from fieldrl.core.kinds import component
+from fieldrl.vehicle.motion import advance, follow
 from fieldrl.vehicle.sensor import Sensor
 
 ACTION_NAMES = (
@@ -32,6 +34,9 @@ ACTION_NAMES = (
     "half speed, turn counter-clockwise",
     "drift",
 )
+
+_PLANNED = 4  # substeps of a step that is only planned
+_SUBSTEP = 2e-7  # time of a Runge-Kutta step [s]
 
 
 class Flow(Protocol):
@@ -48,7 +53,7 @@ class Flow(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@component
 class Unicycle:
     """The kinematic model of Eq. (10) with the actions of Eq. (12).
 
@@ -61,7 +66,7 @@ class Unicycle:
         heading: heading at the start [rad].
         max_speed: v_max > 0 [length/time].
         turn: phi of Eq. (12), the angle turned within one step, in (0, pi] [rad].
-        heading_limits: least and greatest heading, or None: no limits, headings wrap to [-pi, pi] [rad].
+        heading_limits: least and greatest heading, or None: no limits, headings wrap at pi [rad].
         time_step: how long an action lasts, > 0 [time].
         substeps: Runge-Kutta steps in a time step, >= 1.
         sensor: what the vehicle sees.
@@ -86,11 +91,11 @@ class Unicycle:
         if self.heading_limits is not None:
             limits = checks.interval("heading_limits", self.heading_limits, "rad")
             object.__setattr__(self, "heading_limits", limits)
-        object.__setattr__(
-            self, "heading", checks.between("heading", self.heading, *self.heading_bounds, "rad")
-        )
-        if not isinstance(self.sensor, Sensor):
-            raise checks.InvalidValue("sensor", self.sensor, "must be a Sensor")
+        low, high = self.heading_bounds
+        if not low <= checks.number("heading", self.heading, "rad") <= high:
+            rule = f"must lie in [{low:g}, {high:g}], the heading_limits"
+            raise checks.InvalidValue("heading", self.heading, rule, "rad")
+        object.__setattr__(self, "heading", float(self.heading))
 
     @property
     def heading_bounds(self) -> tuple[float, float]:
@@ -120,6 +125,10 @@ class Unicycle:
     def action_names(self) -> tuple[str, ...]:
         """A few words for each action, (7,)."""
         return ACTION_NAMES
+
+    def cost(self, extent: Extent) -> Cost:
+        """Time to move."""
+        return Cost(seconds=extent.samples * self.substeps * _SUBSTEP, by=("substeps",))
 
     def initial(self) -> NDArray[np.float64]:
         """The state at the start of an episode, (3,) [length, length, rad]."""
@@ -163,6 +172,33 @@ class Unicycle:
         if self.heading_limits is None and abs(after[2]) > math.pi:
             after[2] = math.remainder(after[2], 2 * math.pi)
         return after
+
+    def paths(
+        self,
+        state: NDArray[np.float64],
+        plans: NDArray[np.int64],
+        time: float,
+        flow: Flow,
+        thetas: NDArray[np.float64],
+        domain: Domain,
+    ) -> NDArray[np.float64]:
+        """The states along K plans in M waters, as by repeated ``step`` but with at most 4 substeps.
+
+        Args:
+            state: a state in the water, (3,) [length, length, rad].
+            plans: actions, (K, H).
+            time: when the first step begins [time].
+            flow: the water's flow.
+            thetas: the flow's parameters, (M, p).
+            domain: walls and obstacles.
+
+        Returns:
+            (M, K, H, 3) [length, length, rad]; headings are not wrapped.
+        """
+        thetas = np.ascontiguousarray(thetas, dtype=np.float64)
+        span = (float(time), self.time_step, min(self.substeps, _PLANNED))
+        water = (flow.kernel, thetas, flow.constants, *_obstructions(domain))
+        return follow(np.array(state, dtype=float), plans, np.array(self._controls), *span, *water)
 
     @cached_property
     def _controls(self) -> tuple[tuple[float, float, float, float], ...]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -20,9 +22,23 @@ SMALLEST = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=1", "t
 def fieldrl(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """The command, as a user runs it in ``folder``."""
     return subprocess.run(
-        [sys.executable, "-m", "fieldrl.app.main", *arguments],
+        [sys.executable, "-m", "fieldrl.cli.main", *arguments],
         cwd=folder, capture_output=True, text=True, env=os.environ | environment, check=False, timeout=300,
     )  # fmt: skip
+
+
+@contextmanager
+def begun(folder: Path, *arguments: str, errors: int | None = None) -> Iterator[subprocess.Popen[str]]:
+    """The command, begun in ``folder`` as a process group of its own, which ends with the block."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "fieldrl.cli.main", *arguments],
+        cwd=folder, stdout=subprocess.PIPE, stderr=errors, text=True, start_new_session=True,
+    ) as process:  # fmt: skip
+        try:
+            yield process
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
 
 def summary(folder: Path, output_dir: str = "outputs") -> dict:
@@ -34,7 +50,7 @@ def summary(folder: Path, output_dir: str = "outputs") -> dict:
 @pytest.fixture
 def run_here(tmp_path, monkeypatch, capfd) -> Callable[..., tuple[int, str, str]]:
     """Run the command in this process, in an empty folder: (status, output, errors)."""
-    from fieldrl.app.main import main
+    from fieldrl.cli.main import main
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fieldrl.app.main import main
+from fieldrl.cli.main import main
 
 # command line, what the message must hold
 CASES = {
@@ -95,6 +95,32 @@ CASES = {
     "no worker": ("parallel.jobs=0", ["parallel.jobs=0", "-1"]),
     "a URI that is none": ("tracking.uri=here", ["tracking.uri=here", "http"]),
     "no patience": ("tracking.patience=0", ["tracking.patience=0", "> 0"]),
+    "a truth value for a source": ("pde.source=true", ["pde.source=True", "Source or null"]),
+    "a number for a feature": ("pde.initial=2", ["pde.initial=2", "must be a Feature"]),
+    "a number for a flow": ("pde.flow=-1", ["pde.flow=-1", "Flow"]),
+    "a number for a domain": ("pde.domain=1e308", ["pde.domain=1e+308", "Domain"]),
+    "null for a store": ("pde.solutions=null", ["pde.solutions=null", "Solutions"]),
+    "an interval beyond all time": ("pde.interval=1e22", ["pde.interval=1e+22", "at most 1e+15"]),
+    "an interval too short to keep": ("pde.interval=1e-9", ["memory", "pde.interval=1e-09"]),
+    "a huge pull to the centre": ("estimator.tikhonov=1e22", ["estimator.tikhonov=1e+22", "at most"]),
+    "a huge tolerance": ("estimator.tolerance=1e22", ["estimator.tolerance=1e+22", "at most"]),
+    "a seed of too many digits": (f"seed={10**22}", ["seed=1", "at most"]),
+    "a vehicle for an agent": (
+        "agent._target_=fieldrl.vehicle.sensor.Sensor",
+        ["agent.", "unknown key"],
+    ),
+    "another component where nobody has keys": (
+        "agent={_target_:fieldrl.pde.flow.UniformFlow}",
+        ["agent.", "unknown key"],
+    ),
+    "more episodes than memory holds": ("episodes=1000000000", ["memory", "episodes=1000000000"]),
+    "more replicates than memory holds": ("replicates=1000000000", ["memory", "replicates=1000000000"]),
+    "more tiles than memory holds": (
+        "agent.tile_coding={tiles:1000,variables:[x,y,heading,time]}",
+        ["agent.tile_coding.tiles", "features"],
+    ),
+    "more cells than memory holds": ("pde.cells=[10000,5000]", ["pde.cells=[10000, 5000]", "4000000 cells"]),
+    "more time than there is": ("vehicle.substeps=1000000000000000", ["years", "vehicle.substeps"]),
     "a class that is not there": ("vehicle._target_=foo.Bar", ["vehicle._target_=foo.Bar", "imported"]),
     "no class": ("vehicle._target_=null", ["vehicle", "unicycle"]),
 }
@@ -118,9 +144,16 @@ def test_is_refused_in_three_lines_and_leaves_nothing(argument, wanted, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_grid_of_the_estimator_that_memory_cannot_hold_is_refused(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    assert main(["experiment=advection", "estimator.grid=1000000", "tracking=none"]) == 1
+    check_message(capfd.readouterr().err, ["memory", "estimator.grid=1000000"])
+    assert list(tmp_path.iterdir()) == []
+
+
 def run(arguments: list[str], folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "fieldrl.app.main", *arguments],
+        [sys.executable, "-m", "fieldrl.cli.main", *arguments],
         cwd=folder, capture_output=True, text=True, env=os.environ | environment, check=False,
     )  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fieldrl.app import places
+from fieldrl.runs import options
 from tests.integration.conftest import SMALLEST, UNTRACKED, summary
 
 GROUPS = ("vehicle", "agent", "reward")
@@ -13,7 +13,8 @@ ESTIMATORS = {
     "composite": (),
     "gaussian_process": ("estimator.budget=8", "estimator.initial=4"),
 }
-CHOICES = [f"{group}={option}" for group in GROUPS for option in places.options(group)]
+CHOICES = [f"{group}={option}" for group in GROUPS for option in options.options(group)]
+NEEDS = {"agent=informed_sarsa_lambda": ("observation=informed",)}
 BUDGETS = [
     ("episodes=1", "steps=1", "evaluation_episodes=0", "replicates=1"),
     ("episodes=2", "steps=2", "evaluation_episodes=1", "replicates=1"),
@@ -37,10 +38,10 @@ def check(run_here, tmp_path, *overrides: str, small: tuple[str, ...] = UNTRACKE
 
 @pytest.mark.parametrize("choice", CHOICES)
 def test_every_option_runs(run_here, tmp_path, choice):
-    check(run_here, tmp_path, choice)
+    check(run_here, tmp_path, choice, *NEEDS.get(choice, ()))
 
 
-@pytest.mark.parametrize("experiment", places.options("experiment"))
+@pytest.mark.parametrize("experiment", options.options("experiment"))
 def test_every_experiment_runs(run_here, tmp_path, experiment):
     check(run_here, tmp_path, f"experiment={experiment}", small=SMALLEST)
 
@@ -56,7 +57,7 @@ def test_every_estimator_runs_on_both_models(run_here, tmp_path, estimator, expe
 
 
 def test_every_estimator_is_tried():
-    assert set(ESTIMATORS) == set(places.options("estimator"))
+    assert set(ESTIMATORS) == set(options.options("estimator"))
 
 
 @pytest.mark.parametrize("budget", BUDGETS, ids=" ".join)

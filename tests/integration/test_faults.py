@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pipelines import faults
-from pipelines.fault_bench import Bench
+from pipelines.faults import __main__ as faults
+from pipelines.faults.bench import Bench
 
 SHORT = [name for name, (_, _, _, few) in faults.CASES.items() if few]
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from fieldrl.app.compose import composed
+from fieldrl.cli.compose import composed
 from tests.integration.conftest import fieldrl
 
 BUDGET = ("experiment=advection", "episodes=2", "steps=3", "evaluation_episodes=0", "tracking=none")
@@ -92,7 +92,7 @@ def test_the_slurm_launcher_composes():
     [("null", "parallel.address=null: must be"), ("tcp://127.0.0.1:9", "no scheduler with a worker answers")],
 )
 def test_without_a_scheduler_nothing_is_left(tmp_path, monkeypatch, run_here, address, words):
-    monkeypatch.setattr("fieldrl.app.cluster._PATIENCE", 1)
+    monkeypatch.setattr("fieldrl.parallel.dask._PATIENCE", 1)
     status, output, errors = run_here(
         "-m", *BUDGET, "seed=0,1", "parallel=dask", f"parallel.address={address}"
     )

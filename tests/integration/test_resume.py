@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import functools
 import json
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import xarray as xr
 
-from fieldrl.app import job
-from fieldrl.app.checkpoints import Checkpoints
 from fieldrl.mission.learning import Replicate
-from tests.integration.conftest import UNTRACKED, summary
+from fieldrl.runs import job
+from fieldrl.runs.checkpoints import Checkpoints
+from tests.integration.conftest import UNTRACKED, fieldrl, summary
 
 GYRE = (
     "experiment=double_gyre", "pde.cells=[48,24]", "episodes=2", "steps=2", "evaluation_episodes=1",
@@ -33,7 +35,7 @@ RUNS = {
 def often(monkeypatch) -> None:
     """A checkpoint after every episode."""
     monkeypatch.setattr(job, "Checkpoints", functools.partial(Checkpoints, period=0.0))
-    monkeypatch.setattr("fieldrl.app.checkpoints.SHARE", 1e9)
+    monkeypatch.setattr("fieldrl.runs.checkpoints.SHARE", 1e9)
 
 
 @pytest.fixture
@@ -56,6 +58,26 @@ def interrupted(monkeypatch):
     return after
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> Callable[..., Path]:
+    """The output folder of a command to which nothing happens."""
+
+    @functools.cache
+    def run(*overrides: str) -> Path:
+        folder = tmp_path_factory.mktemp("whole")
+        finished = fieldrl(folder, *overrides, "parallel=serial")
+        assert finished.returncode == 0, finished.stderr
+        return folder / "outputs"
+
+    return run
+
+
+@pytest.fixture
+def done(whole, tmp_path) -> Path:
+    """The output folder of a finished run, a copy."""
+    return shutil.copytree(whole(*UNTRACKED), tmp_path / "outputs")
+
+
 def results(folder: Path) -> tuple[xr.Dataset, dict]:
     (path,) = (folder / "runs").glob("*/record.nc")
     found = json.loads((path.parent / "summary.json").read_text())
@@ -71,9 +93,8 @@ def check_same(folder: Path, reference: Path) -> None:
 @pytest.mark.usefixtures("often")
 @pytest.mark.parametrize("overrides", RUNS.values(), ids=RUNS)
 def test_a_run_interrupted_twice_ends_bit_for_bit_as_one_that_was_not(
-    run_here, tmp_path, interrupted, overrides
+    run_here, tmp_path, whole, interrupted, overrides
 ):
-    run_here(*overrides, "output_dir=whole")
     for episodes in (1, 4):
         interrupted(episodes)
         status, _, errors = run_here(*overrides)
@@ -84,7 +105,7 @@ def test_a_run_interrupted_twice_ends_bit_for_bit_as_one_that_was_not(
     assert (status, errors) == (0, "")
     assert "continued from its last checkpoint: " in output
     assert "continued after an interruption" in output
-    check_same(tmp_path / "outputs", tmp_path / "whole")
+    check_same(tmp_path / "outputs", whole(*overrides))
     (folder,) = (tmp_path / "outputs" / "runs").iterdir()
     assert not (folder / "checkpoints").exists()
 
@@ -110,8 +131,7 @@ def test_force_starts_afresh(run_here, interrupted):
 
 
 @pytest.mark.usefixtures("often")
-def test_a_damaged_checkpoint_is_one_line_and_changes_nothing(run_here, tmp_path, interrupted):
-    run_here(*UNTRACKED, "output_dir=whole")
+def test_a_damaged_checkpoint_is_one_line_and_changes_nothing(run_here, tmp_path, whole, interrupted):
     interrupted(3)
     run_here(*UNTRACKED)
     (path,) = (tmp_path / "outputs" / "runs").glob("*/checkpoints/replicate-0")
@@ -121,13 +141,12 @@ def test_a_damaged_checkpoint_is_one_line_and_changes_nothing(run_here, tmp_path
     assert status == 0
     assert "2 of 10 episodes are done" in output
     assert errors == f"{path}: is damaged and is left out\n"
-    check_same(tmp_path / "outputs", tmp_path / "whole")
+    check_same(tmp_path / "outputs", whole(*UNTRACKED))
 
 
-def test_a_short_run_leaves_no_checkpoints(run_here, tmp_path):
-    run_here(*UNTRACKED)
-    assert not list((tmp_path / "outputs").rglob("replicate-*"))
-    assert "late_e_total" in summary(tmp_path)
+def test_a_short_run_leaves_no_checkpoints(done):
+    assert not list(done.rglob("replicate-*"))
+    assert "late_e_total" in summary(done.parent)
 
 
 DAMAGE = {"truncated": lambda b: b[: len(b) // 2], "garbled": lambda b: b[:-300] + b"#" * 100 + b[-200:]}
@@ -142,24 +161,20 @@ def _computed(monkeypatch) -> list[int]:
 
 
 @pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
-def test_a_damaged_record_is_one_line_and_is_computed_again(run_here, tmp_path, damage):
-    run_here(*UNTRACKED, "output_dir=whole")
-    run_here(*UNTRACKED)
-    (path,) = (tmp_path / "outputs" / "runs").glob("*/record.nc")
+def test_a_damaged_record_is_one_line_and_is_computed_again(run_here, done, whole, damage):
+    (path,) = (done / "runs").glob("*/record.nc")
     path.write_bytes(damage(path.read_bytes()))
     status, _, errors = run_here(*UNTRACKED)
     assert status == 0
     assert errors == f"{path}: is damaged; the run is done again\n"
-    check_same(tmp_path / "outputs", tmp_path / "whole")
+    check_same(done, whole(*UNTRACKED))
 
 
 @pytest.mark.parametrize("damage", [*DAMAGE.values(), None], ids=[*DAMAGE, "gone"])
-def test_a_damaged_summary_is_made_again_from_the_record(run_here, tmp_path, monkeypatch, damage):
-    run_here(*UNTRACKED, "output_dir=whole")
-    run_here(*UNTRACKED)
-    (path,) = (tmp_path / "outputs" / "runs").glob("*/summary.json")
+def test_a_damaged_summary_is_made_again_from_the_record(run_here, done, whole, monkeypatch, damage):
+    (path,) = (done / "runs").glob("*/summary.json")
     path.unlink() if damage is None else path.write_bytes(damage(path.read_bytes()))
     computed = _computed(monkeypatch)
     status, _, errors = run_here(*UNTRACKED)
     assert (status, errors, computed) == (0, "", [])
-    check_same(tmp_path / "outputs", tmp_path / "whole")
+    check_same(done, whole(*UNTRACKED))

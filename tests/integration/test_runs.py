@@ -13,12 +13,12 @@ import time
 import pytest
 import xarray as xr
 
-from tests.integration.conftest import SMALL, UNTRACKED, fieldrl, summary
+from tests.integration.conftest import SMALL, UNTRACKED, begun, fieldrl, summary
 
 SCHEMA = {
     "experiment", "key", "seed", "replicates", "episodes", "steps", "finished", "seconds", "version",
     "parameters", "best_episode", "e_f", "e_cv", "e_total", "theta_error", "field_rmse", "forward_solves",
-    "replicates_table", "pooled",
+    "converged", "replicates_table", "pooled", "verdict",
 }  # fmt: skip
 
 
@@ -28,11 +28,12 @@ def record(folder, output_dir="outputs") -> xr.Dataset:
         return found.load()
 
 
-def test_a_run_leaves_its_four_things_and_nothing_else(run_here, tmp_path):
+def test_a_run_leaves_its_five_things_and_nothing_else(run_here, tmp_path):
     status, output, errors = run_here(*UNTRACKED)
     assert (status, errors) == (0, "")
     (folder,) = (tmp_path / "outputs" / "runs").iterdir()
-    assert {path.name for path in folder.iterdir()} == {".hydra", "record.nc", "summary.json", "figures"}
+    left = {".hydra", "record.nc", "summary.json", "figures", "report.html"}
+    assert {path.name for path in folder.iterdir()} == left
     assert {path.name for path in (folder / ".hydra").iterdir()} == {
         "config.yaml",
         "hydra.yaml",
@@ -49,7 +50,11 @@ def test_the_summary_has_every_key_of_the_schema(run_here, tmp_path):
     found = summary(tmp_path)
     assert found.keys() >= SCHEMA
     assert found["finished"] is True
-    assert found["parameters"]["b_x"].keys() == {"true", "estimate", "unit"}
+    trust = {"std", "interval", "identified"}
+    assert found["parameters"]["b_x"].keys() == {"true", "estimate", "unit"} | trust
+    assert found["pooled"]["parameters"]["b_x"].keys() == {"estimate"} | trust
+    low, high = found["pooled"]["parameters"]["b_x"]["interval"]
+    assert low < high
     assert len(found["replicates_table"]) == 2
 
 
@@ -123,31 +128,21 @@ def test_a_write_that_fails_says_so_and_keeps_the_finished_run(run_here, tmp_pat
 
 
 def test_two_processes_asked_for_the_same_run_share_one_result(tmp_path):
-    command = [sys.executable, "-m", "fieldrl.app.main", *UNTRACKED, "episodes=150", "parallel.jobs=1"]
-    both = [
-        subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        for _ in range(2)
-    ]
-    outputs = [process.communicate(timeout=300) for process in both]
+    command, quiet = (*UNTRACKED, "episodes=150", "parallel.jobs=1"), subprocess.PIPE
+    with begun(tmp_path, *command, errors=quiet) as first, begun(tmp_path, *command, errors=quiet) as second:
+        both = first, second
+        outputs = [process.communicate(timeout=300) for process in both]
     assert [process.returncode for process in both] == [0, 0], outputs
     assert sum("finished before" in output for output, _ in outputs) == 1
     summary(tmp_path)
 
 
 def test_an_interrupt_ends_with_130_and_one_line(tmp_path):
-    command = [sys.executable, "-m", "fieldrl.app.main", *UNTRACKED, "episodes=100000"]
-    process = subprocess.Popen(
-        command,
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    _wait_for(tmp_path / "outputs" / ".locks")
-    time.sleep(3)
-    os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    with begun(tmp_path, *UNTRACKED, "episodes=100000", errors=subprocess.PIPE) as process:
+        _wait_for(tmp_path / "outputs" / ".locks")
+        time.sleep(3)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
     assert len(errors.strip().splitlines()) == 1, errors
     assert not list((tmp_path / "outputs").glob("runs/*/summary.json"))
@@ -195,7 +190,7 @@ def test_help_names_groups_options_and_keys_in_half_a_second_of_processor_time(t
 
 def test_help_imports_nothing_heavy(tmp_path):
     code = (
-        "import sys; from fieldrl.app.main import main; main(['--help']); "
+        "import sys; from fieldrl.cli.main import main; main(['--help']); "
         "print({'hydra', 'numba', 'mlflow', 'rich', 'xarray'} & set(sys.modules))"
     )
     finished = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

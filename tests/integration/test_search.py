@@ -61,7 +61,7 @@ def test_a_garbled_state_costs_nothing(run_here, tmp_path):
 
 
 def test_a_failed_trial_does_not_end_the_search(run_here, tmp_path, monkeypatch):
-    from fieldrl.app import job
+    from fieldrl.runs import job
 
     compute = job._compute
 

@@ -5,17 +5,19 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from tests.integration.conftest import fieldrl
+from tests.integration.conftest import begun, fieldrl
 
 TINY = ("experiment=advection", "episodes=2", "steps=3", "evaluation_episodes=1", "parallel=serial")
 SWEEP = ("-m", *TINY, "replicates=2", "agent.step_size=0.5,-1")
+KILLED = (
+    "-m", *TINY[:1], "evaluation_episodes=0", "replicates=1", "episodes=60", "seed=0,1",
+    "hydra/launcher=joblib",
+)  # fmt: skip
 
 
 def query(folder: Path, text: str) -> list[tuple]:
@@ -51,11 +53,11 @@ def swept(tmp_path_factory) -> Path:
 
 def test_there_is_a_parent_a_child_for_each_job_and_one_for_each_replicate(swept):
     ((name, (status, jobs)),) = tree(swept).items()
-    assert name.startswith("advection-sweep-")
+    assert name.startswith("advection sweep:")
     assert status == "FAILED"
     assert sorted(status for status, _ in jobs.values()) == ["FAILED", "FINISHED"]
     ((good, replicates),) = [(name, below) for name, (status, below) in jobs.items() if below]
-    assert replicates == {f"{good} replicate {i}": ("FINISHED", {}) for i in range(2)}
+    assert replicates == {f"replicate {i} of {good}": ("FINISHED", {}) for i in range(2)}
 
 
 def test_a_failed_job_carries_its_reason(swept):
@@ -64,7 +66,7 @@ def test_a_failed_job_carries_its_reason(swept):
 
 
 def test_the_parent_has_the_overrides_the_best_job_and_the_table(swept):
-    ((parent,),) = query(swept, "select run_uuid from runs where name like '%-sweep-%'")
+    ((parent,),) = query(swept, "select run_uuid from runs where name like '% sweep: %'")
     found = tags(swept, parent)
     (summary,) = (swept / "outputs" / "runs").glob("*/summary.json")
     assert found["best"] == summary.parent.name.rpartition("-")[2]
@@ -76,32 +78,47 @@ def test_the_parent_has_the_overrides_the_best_job_and_the_table(swept):
     assert {"results.csv", "figures/results.png"} <= names
 
 
-def test_a_run_that_was_tracked_on_its_own_becomes_a_child_of_the_sweep(tmp_path):
-    for arguments in ((), ("-m",), ("-m",)):
-        finished = fieldrl(tmp_path, *arguments, *TINY, "replicates=1", "seed=0")
-        assert finished.returncode == 0, finished.stderr
-    ((_, (status, jobs)),) = tree(tmp_path).items()
-    assert status == "FINISHED"
-    assert [status for status, _ in jobs.values()] == ["FINISHED"]
-
-
 def test_two_sweeps_that_share_a_run_both_have_it(tmp_path):
-    for seeds in ("0,1", "1,2"):
+    for seeds in ("0,1", "1"):
         finished = fieldrl(tmp_path, "-m", *TINY, "replicates=1", f"seed={seeds}")
         assert finished.returncode == 0, finished.stderr
     sweeps = tree(tmp_path)
-    assert [len(jobs) for _, jobs in sweeps.values()] == [2, 2]
+    assert sorted(len(jobs) for _, jobs in sweeps.values()) == [1, 2]
     first, second = (set(jobs) for _, jobs in sweeps.values())
     assert len(first & second) == 1
 
 
+def test_a_sweep_over_experiments_has_every_run_in_its_own_and_adopts_what_was_tracked_before(tmp_path):
+    (tmp_path / "conf" / "experiment").mkdir(parents=True)
+    text = "# @package _global_\ndefaults:\n  - double_gyre\npde:\n  cells: [48, 24]\n"
+    (tmp_path / "conf" / "experiment" / "coarse.yaml").write_text(text)
+    budget = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=2", "parallel=serial")
+    common = (*budget, f"--config-dir={tmp_path / 'conf'}")
+    sweep = ("-m", "experiment=advection,coarse")
+    for arguments in (("experiment=coarse",), sweep, sweep):  # tracked on its own, adopted, found again
+        finished = fieldrl(tmp_path, *arguments, *common)
+        assert finished.returncode == 0, finished.stderr
+        assert "MLflow did not" not in finished.stdout
+    text = "select e.name, r.name, r.status from runs r join experiments e using (experiment_id)"
+    for experiment, name, status in query(tmp_path, text):
+        assert experiment in name
+        assert status == "FINISHED"
+    ((name, (status, jobs)),) = tree(tmp_path).items()
+    assert status == "FINISHED"
+    assert name.startswith("advection sweep:")
+    assert [status for status, _ in jobs.values()] == ["FINISHED"] * 2
+    on_its_own = "coarse episodes=1 steps=2 evaluation_episodes=0 replicates=2"  # keeps its name
+    assert sorted(jobs) == [on_its_own, "experiment=advection"]
+    assert [len(replicates) for _, replicates in jobs.values()] == [2, 2]
+    records = (tmp_path / "outputs" / "mlartifacts").rglob("record.nc")
+    assert sorted(path.parents[2].name for path in records) == ["advection", "coarse"]
+
+
 @pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_job_alone_and_mlflow_shows_every_job_once(tmp_path):
-    command = [sys.executable, "-m", "fieldrl.app.main", "-m", *TINY[:1], "evaluation_episodes=0"]
-    jobs = ["replicates=1", "episodes=60", "seed=0,1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
-    sweep = subprocess.Popen([*command, *jobs], cwd=tmp_path, stdout=subprocess.PIPE, text=True)
-    os.kill(_holder(tmp_path / "outputs" / ".locks"), signal.SIGKILL)
-    output, _ = sweep.communicate(timeout=300)
+    with begun(tmp_path, *KILLED, "hydra.launcher.n_jobs=2") as sweep:
+        os.kill(_holder(tmp_path / "outputs" / ".locks"), signal.SIGKILL)
+        output, _ = sweep.communicate(timeout=300)
     assert sweep.returncode == 0, output
     ((_, (status, found)),) = tree(tmp_path).items()
     assert status == "FINISHED"
@@ -110,13 +127,12 @@ def test_a_worker_that_is_killed_costs_its_job_alone_and_mlflow_shows_every_job_
 
 @pytest.mark.slow
 def test_a_sweep_that_is_killed_continues_in_the_same_mlflow_runs(tmp_path):
-    command = [sys.executable, "-m", "fieldrl.app.main", "-m", *TINY[:1], "evaluation_episodes=0"]
-    jobs = ["replicates=1", "episodes=60", "seed=0,1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=1"]
-    sweep = subprocess.Popen([*command, *jobs], cwd=tmp_path, stdout=subprocess.DEVNULL)
-    _holder(tmp_path / "outputs" / ".locks")
-    sweep.kill()
-    sweep.wait()
-    finished = fieldrl(tmp_path, *command[3:], *jobs)
+    command = (*KILLED, "hydra.launcher.n_jobs=1")
+    with begun(tmp_path, *command) as sweep:
+        _holder(tmp_path / "outputs" / ".locks")
+        sweep.kill()
+        sweep.wait()
+    finished = fieldrl(tmp_path, *command)
     assert finished.returncode == 0, finished.stderr
     ((_, (status, found)),) = tree(tmp_path).items()
     assert status == "FINISHED"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
 
@@ -30,9 +32,22 @@ def summaries(folder: Path, output_dir: str = "outputs") -> dict[str, dict]:
     return {path.parent.name: json.loads(path.read_text()) | {"seconds": 0} for path in paths}
 
 
-def test_a_sweep_runs_every_combination_and_leaves_a_table_and_a_picture(run_here, tmp_path):
-    status, output, errors = run_here(*SWEEP)
-    assert (status, errors) == (0, "")
+@pytest.fixture(scope="module")
+def first(tmp_path_factory) -> tuple[Path, CompletedProcess[str]]:
+    """A sweep of four jobs: its folder, and what the command said."""
+    folder = tmp_path_factory.mktemp("first")
+    return folder, fieldrl(folder, *SWEEP, "parallel=serial")
+
+
+@pytest.fixture
+def swept(first, tmp_path) -> Path:
+    """A copy of its folder."""
+    return shutil.copytree(first[0], tmp_path, dirs_exist_ok=True)
+
+
+def test_a_sweep_runs_every_combination_and_leaves_a_table_and_a_picture(first, swept):
+    tmp_path, output = swept, first[1].stdout
+    assert (first[1].returncode, first[1].stderr) == (0, "")
     rows = table(tmp_path)
     assert [(row["agent.step_size"], row["seed"]) for row in rows] == [
         ("0.5", "0"), ("0.5", "1"), ("0.9", "0"), ("0.9", "1"),
@@ -50,14 +65,14 @@ def test_a_sweep_runs_every_combination_and_leaves_a_table_and_a_picture(run_her
     assert {path.name for path in (tmp_path / "outputs").iterdir()} == {"runs", "sweeps", ".locks"}
 
 
-def test_the_output_fits_80_columns_where_there_is_no_terminal(run_here):
-    _, output, _ = run_here(*SWEEP)
+def test_the_output_fits_80_columns_where_there_is_no_terminal(first):
+    output = first[1].stdout
     assert "\x1b" not in output
     assert max(len(line) for line in output.splitlines()) <= 80
 
 
-def test_the_same_command_again_finds_everything_and_computes_nothing(run_here, tmp_path):
-    run_here(*SWEEP)
+def test_the_same_command_again_finds_everything_and_computes_nothing(run_here, swept):
+    tmp_path = swept
     before = {path: path.stat().st_mtime_ns for path in (tmp_path / "outputs" / "runs").rglob("*")}
     csv_before = (sweep_folder(tmp_path) / "results.csv").read_text()
     status, output, _ = run_here(*SWEEP[:-2], *SWEEP[:-3:-1])  # the order of the keys does not matter
@@ -69,12 +84,19 @@ def test_the_same_command_again_finds_everything_and_computes_nothing(run_here, 
     )
 
 
-def test_only_what_is_missing_is_computed(run_here, tmp_path):
-    run_here("-m", *TINY, "tracking=none", "seed=0,1")
-    status, output, _ = run_here("-m", *TINY, "tracking=none", "seed=range(3)")
+def test_what_a_run_that_was_killed_at_its_very_end_has_left_is_removed(run_here, swept):
+    left = [path.parent / "checkpoints" for path in (swept / "outputs" / "runs").glob("*/summary.json")]
+    for path in left:
+        path.mkdir()
+    assert run_here(*SWEEP)[0] == 0
+    assert not any(path.exists() for path in left)
+
+
+def test_only_what_is_missing_is_computed(run_here, swept):
+    status, output, _ = run_here("-m", *TINY, "tracking=none", "agent.step_size=0.9", "seed=range(3)")
     assert status == 0
     assert "3 jobs, 2 finished before" in output
-    assert len(summaries(tmp_path)) == 3
+    assert len(summaries(swept)) == 5
 
 
 def test_a_job_that_fails_costs_only_itself(run_here, tmp_path):
@@ -87,7 +109,7 @@ def test_a_job_that_fails_costs_only_itself(run_here, tmp_path):
 
 
 def test_a_job_that_breaks_in_the_middle_costs_only_itself(run_here, tmp_path, monkeypatch):
-    from fieldrl.app import job
+    from fieldrl.runs import job
 
     compute = job._compute
 
@@ -97,15 +119,15 @@ def test_a_job_that_breaks_in_the_middle_costs_only_itself(run_here, tmp_path, m
         return compute(work, *arguments, **options)
 
     monkeypatch.setattr(job, "_compute", breaks)
-    status, output, _ = run_here("-m", *TINY, "tracking=none", "seed=0,1,2")
+    status, output, _ = run_here("-m", *TINY, "tracking=none", "seed=1,0")
     assert status == 1
     assert "not enough memory" in output
-    assert [row["status"] for row in table(tmp_path)] == ["finished", "failed", "finished"]
+    assert [row["status"] for row in table(tmp_path)] == ["failed", "finished"]
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
-    status, output, _ = run_here("-m", *TINY, "tracking=none", "seed=0,1,2")
+    status, output, _ = run_here("-m", *TINY, "tracking=none", "seed=1,0")
     assert status == 0
-    assert "2 finished before" in output
+    assert "1 finished before" in output
 
 
 def test_the_same_run_asked_for_twice_is_computed_once(run_here, tmp_path):
@@ -117,12 +139,11 @@ def test_the_same_run_asked_for_twice_is_computed_once(run_here, tmp_path):
     assert first["late_e_total"] == second["late_e_total"]
 
 
-def test_in_worker_processes_the_results_are_the_same(run_here, tmp_path):
-    run_here(*SWEEP)
-    finished = fieldrl(tmp_path, *SWEEP, "hydra/launcher=joblib", "output_dir=by_workers")
+def test_in_worker_processes_the_results_are_the_same(first, tmp_path):
+    finished = fieldrl(tmp_path, *SWEEP, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2")
     assert finished.returncode == 0, finished.stderr
     assert finished.stderr == ""
-    assert summaries(tmp_path, "by_workers") == summaries(tmp_path)
+    assert summaries(tmp_path) == summaries(first[0])
 
 
 BAD = {

@@ -11,10 +11,10 @@ pytest.importorskip("pde")
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_py_pde_converges_to_our_solution_at_its_second_order():
-    from pipelines import oracle
+    from pipelines.benchmarks import oracle
 
     model = AdvectionDiffusion(final_time=3.0)
-    theta, errors = np.array(model.true), []
+    theta, errors = np.array(model.parameters.true), []
     for cells in ((100, 50), (200, 100)):
         theirs, _, _ = oracle.solve(model, theta, cells, backend="scipy")
         ours = model.field(theta, model.final_time, model.domain.grid(*cells))
@@ -26,10 +26,10 @@ def test_py_pde_converges_to_our_solution_at_its_second_order():
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_both_ways_of_writing_it_for_py_pde_are_the_same_equation():
-    from pipelines import oracle
+    from pipelines.benchmarks import oracle
 
     model, cells = AdvectionDiffusion(final_time=0.5), (40, 20)
-    theta = np.array(model.true)
+    theta = np.array(model.parameters.true)
     by_hand, written = (
         oracle.solve(model, theta, cells, backend="scipy", equation=equation)[0]
         for equation in (oracle.GyreEquation, oracle.written)

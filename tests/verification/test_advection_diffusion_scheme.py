@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fieldrl.core.domain import Circle, Domain, Rectangle
-from fieldrl.pde import stencils, stepping
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+from fieldrl.pde.finite_volumes import stencils, stepping
 from fieldrl.pde.flow import DoubleGyre, UniformFlow
 from fieldrl.pde.initial import InitialFeature
 from fieldrl.pde.source import LocalisedSource
@@ -182,7 +182,7 @@ def test_a_constant_field_stays_constant(obstacles):
 
 def test_undershoot_is_below_one_percent_on_the_default_grid():
     model = AdvectionDiffusion()
-    solution = model.solve(model.true)
+    solution = model.solve(model.parameters.true)
     assert solution.min() > -0.01 * 100
     assert solution.max() <= solution[0].max() * (1 + 1e-6)
 

@@ -9,10 +9,10 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.composite import Composite
-from fieldrl.estimator.designs import additive_recurrence, cover, normal_draws
-from fieldrl.estimator.improvement import descend, expected_improvement, improvement_bound
+from fieldrl.estimator.designs import additive_recurrence, cover
 from fieldrl.estimator.problem import FitProblem
-from fieldrl.estimator.surrogate import condition, evidence, linearise, predict
+from fieldrl.estimator.surrogate.improvement import descend, improvement_bound
+from fieldrl.estimator.surrogate.predictions import condition, evidence, linearise, predict
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 
 U = additive_recurrence(20, 2)
@@ -38,11 +38,11 @@ def test_it_interpolates_its_solves_without_doubt():
 @pytest.mark.parametrize("j", range(3))
 def test_mean_and_deviation_are_those_of_scikit_learn_with_the_same_kernel(j):
     kernel = ConstantKernel(SURROGATE.variance[j], "fixed") * RBF(1 / SURROGATE.inverse_scales[j], "fixed")
-    process = GaussianProcessRegressor(kernel, alpha=1e-8 * SURROGATE.variance[j], optimizer=None)
+    process = GaussianProcessRegressor(kernel, alpha=1e-10 * SURROGATE.variance[j], optimizer=None)
     process.fit(U, outputs(U)[:, j] - SURROGATE.mean[j])
     mean, deviation = process.predict(ELSEWHERE, return_std=True)
     ours = predict(SURROGATE, np.array(ELSEWHERE))
-    np.testing.assert_allclose(ours[0][:, j], mean + SURROGATE.mean[j], rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(ours[0][:, j], mean + SURROGATE.mean[j], rtol=1e-4, atol=1e-3)
     np.testing.assert_allclose(ours[1][:, j], deviation, rtol=2e-2, atol=1e-3)
 
 
@@ -65,27 +65,14 @@ def test_caution_doubts_more():
     assert np.median(predict(cautious, ELSEWHERE)[1]) > np.median(predict(SURROGATE, ELSEWHERE)[1])
 
 
-def test_expected_improvement_is_the_average_over_many_draws():
-    few = condition(evidence(np.array(U[:8]), outputs(U[:8]), VALUES))
-    best, draws = np.array([20.0, 20.0, 20.0, 20.0]), normal_draws(12, 3)
-    ours = expected_improvement(few, np.array(ELSEWHERE), VALUES, 1e-3, best, draws)
-    mean, deviation = predict(few, np.array(ELSEWHERE))
-    residuals = mean[:, None] + deviation[:, None] * np.random.default_rng(0).standard_normal((1, 40000, 3))
-    residuals -= VALUES
-    penalty = 1e-3 * np.sum(ELSEWHERE**2, axis=1)[:, None]
-    full = np.maximum(20 - penalty - np.mean(residuals**2, axis=2), 0).mean(axis=1)
-    without_last = np.maximum(20 - penalty - np.mean(residuals[..., :2] ** 2, axis=2), 0).mean(axis=1)
-    np.testing.assert_allclose(ours[:, 0], full, rtol=0.05, atol=0.02)
-    np.testing.assert_allclose(ours[:, 3], without_last, rtol=0.05, atol=0.02)
-
-
 def test_the_bound_lies_above_the_expected_improvement():
     few = condition(evidence(np.array(U[:8]), outputs(U[:8]), VALUES))
-    gains = expected_improvement(
-        few, np.array(ELSEWHERE), VALUES, 1e-3, np.array([20.0]), normal_draws(12, 3)
-    )
+    mean, deviation = predict(few, np.array(ELSEWHERE))
+    draws = np.random.default_rng(0).standard_normal((1, 40000, 3))
+    losses = np.mean((mean[:, None] + deviation[:, None] * draws - VALUES) ** 2, axis=2)
+    gains = np.maximum(20.0 - 1e-3 * np.sum(ELSEWHERE**2, axis=1)[:, None] - losses, 0.0).mean(axis=1)
     bound = improvement_bound(few, np.array(ELSEWHERE), VALUES, 1e-3, 20.0)
-    assert np.all(bound >= 0.98 * gains[:, 0])
+    assert np.all(bound >= 0.98 * gains)
     assert np.all(bound <= 20.0)
 
 
@@ -103,7 +90,7 @@ def gyre():
     return AdvectionDiffusion(cells=(72, 36), order=5)
 
 
-@pytest.mark.filterwarnings("ignore::fieldrl.pde.advection_diffusion.CoarseGrid")
+@pytest.mark.filterwarnings("ignore::fieldrl.pde.finite_volumes.resolution.CoarseGrid")
 @pytest.mark.parametrize("seed", range(3))
 def test_the_double_gyre_is_fitted_below_the_loss_of_the_truth_in_few_solves(gyre, seed):
     rng, parameters = np.random.default_rng(seed), gyre.parameters
@@ -111,7 +98,7 @@ def test_the_double_gyre_is_fitted_below_the_loss_of_the_truth_in_few_solves(gyr
     positions, times = rng.uniform((20, 10), (140, 90), (10, 2)), np.arange(1.0, 11.0)
     values = gyre.predict(theta[None], positions, times)[0] + rng.standard_normal(10)
     problem = FitProblem(gyre, Samples.of(positions, times, values), leave_one_out=False)
-    fit = Composite(tolerance=1e-3, floor=0.01).fit(problem)
+    fit = Composite().fit(problem)
     at_truth = problem.losses(problem.residuals(theta[None]), theta[None])[0, 0]
     assert fit.loss[0] <= at_truth
     assert fit.evaluations <= 30

@@ -13,8 +13,8 @@ from fieldrl.core.checks import FieldrlError
 from fieldrl.core.domain import Circle, Domain, Rectangle
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.mission.environment import FieldSampling
-from fieldrl.mission.reward import TotalError
 from fieldrl.pde.advection import Advection
+from fieldrl.reward.total_error import TotalError
 from fieldrl.vehicle.sensor import Sensor
 from fieldrl.vehicle.unicycle import Unicycle
 
@@ -134,6 +134,19 @@ def test_the_fit_sees_measured_positions_while_the_field_is_probed_at_true_ones(
         assert env.samples.positions[-1].tolist() == observation[:2].tolist()
         assert not np.any(observation[:2] == info["position"])
         assert info["value"] == env.truth.predict(env.theta[None], info["position"][None], at)[0, 0]
+
+
+def test_the_fit_is_given_a_position_beyond_the_wall_as_it_was_measured():
+    at_the_wall = Unicycle(start=(0.0, 100.0), sensor=Sensor(covariance=(25.0, 25.0, 0.0)))
+    env, beyond = environment(20, at_the_wall), 0
+    for seed in range(10):
+        env.reset(seed=seed)
+        observation, _, _, _, info = env.step(6)
+        fitted = env.samples.positions[-1]
+        assert observation[:2].tolist() == np.clip(fitted, 0.0, 200.0).tolist()
+        assert info["measured_position"].tolist() == fitted.tolist()
+        beyond += fitted[0] < 0
+    assert beyond > 0
 
 
 def test_the_vehicle_is_never_inside_an_obstacle_nor_outside_the_walls():

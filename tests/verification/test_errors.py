@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fieldrl.agent.random import Random
-from fieldrl.agent.sarsa import SarsaLambda
+from fieldrl.agent.sarsa_lambda import SarsaLambda
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.mission import Mission, run_replicate
-from fieldrl.mission.reward import TotalError
 from fieldrl.pde.advection import Advection
+from fieldrl.reward.total_error import TotalError
 from fieldrl.vehicle.sensor import Sensor
 from fieldrl.vehicle.unicycle import Unicycle
 

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares, minimize
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import FitProblem, errors
-from pipelines.global_minimum import compare, descend, multistart, random_problem, subject
+from pipelines.benchmarks.global_minimum import compare, descend, multistart, random_problem, subject
 
 MODEL, _ = subject()
 CENTRE, HALF = MODEL.parameters.centre, MODEL.parameters.half_width

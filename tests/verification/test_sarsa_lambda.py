@@ -7,7 +7,7 @@ with n-step returns and no traces.
 import numpy as np
 import pytest
 
-from fieldrl.agent.sarsa import SarsaLambda
+from fieldrl.agent.sarsa_lambda import SarsaLambda
 from fieldrl.agent.schedules import Linear
 from fieldrl.agent.tile_coding import TileCoding
 from fieldrl.core.streams import stream

@@ -10,8 +10,11 @@ from omegaconf import OmegaConf
 
 from fieldrl.core.streams import stream
 
+PLANNING = {"gradient", "greedy_information", "oracle", "planner"}  # see test_planning_agents.py
 CONFIGS = sorted((Path(__file__).parents[3] / "conf" / "agent").glob("*.yaml"))
-LOW, HIGH = np.array([0.0, 0.0, -np.pi / 4, 0.0]), np.array([200.0, 100.0, np.pi / 4, 20.0])
+CONFIGS = [path for path in CONFIGS if path.stem not in PLANNING]
+LOW = np.array([0.0, 0.0, -np.pi / 4, 0.0, -200.0, -6.0, -200.0, -100.0, 0.0, -np.pi])
+HIGH = np.array([200.0, 100.0, np.pi / 4, 20.0, 200.0, 0.0, 200.0, 100.0, 224.0, np.pi])
 ACTIONS, STEPS = 7, 20
 
 
@@ -21,8 +24,8 @@ def agent(request):
 
 
 def observations(rng):
-    """The observations of an episode, (STEPS + 1, 4), some of them outside the bounds."""
-    share = rng.uniform(-0.1, 1.1, size=(STEPS + 1, 4))
+    """The observations of an episode, (STEPS + 1, 10), some of them outside the bounds."""
+    share = rng.uniform(-0.1, 1.1, size=(STEPS + 1, len(LOW)))
     share[:, 3] = np.linspace(0, 1, STEPS + 1)
     return LOW + share * (HIGH - LOW)
 

@@ -5,10 +5,16 @@ import math
 import numpy as np
 import pytest
 
+from fieldrl.agent.drift import Drift
 from fieldrl.agent.lawnmower import AHEAD, CLOCKWISE, COUNTER_CLOCKWISE, Lawnmower
 from fieldrl.agent.random import Random
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.streams import stream
+from fieldrl.estimator.least_squares import LeastSquares
+from fieldrl.mission import Mission, run_replicate
+from fieldrl.pde.advection import Advection
+from fieldrl.reward.total_error import TotalError
+from fieldrl.vehicle.unicycle import Unicycle
 
 LIMITED = np.array([0.0, 0.0, -math.pi / 4, 0.0]), np.array([200.0, 200.0, math.pi / 4, 60.0])
 FREE = np.array([0.0, 0.0, -math.pi, 0.0]), np.array([200.0, 200.0, math.pi, 60.0])
@@ -55,9 +61,16 @@ def test_an_episode_begins_towards_the_farther_wall(y, action):
     assert agent.act(state, np.array([50.0, y, 0.0, 0.0]), stream(0, "test")) == action
 
 
-def test_it_needs_the_seven_actions():
+@pytest.mark.parametrize("agent", [Lawnmower(), Drift()])
+def test_it_needs_the_seven_actions(agent):
     with pytest.raises(InvalidValue, match="seven actions"):
-        Lawnmower().begin(*LIMITED, 3)
+        agent.begin(*LIMITED, 3)
+
+
+def test_the_drifter_is_carried_by_the_flow_alone():
+    mission = Mission(Advection(), Unicycle(), Drift(), LeastSquares(), TotalError(), episodes=1, steps=5)
+    positions = run_replicate(mission, seed=0, number=0)["position"].values[0]
+    assert positions == pytest.approx(20.0 + 5.0 * np.arange(1, 6)[:, None] * np.ones(2))
 
 
 @pytest.mark.parametrize(("key", "value"), [("margin", 0), ("margin", 0.5), ("tolerance", 0)])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fieldrl.agent.sarsa import LearningDiverged, SarsaLambda
+from fieldrl.agent.sarsa_lambda import LearningDiverged, SarsaLambda
 from fieldrl.agent.schedules import Exponential, Linear
 from fieldrl.agent.tile_coding import TileCoding
 from fieldrl.core.checks import InvalidValue

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fieldrl.agent.tile_coding import OBSERVED, TileCoding
+from fieldrl.agent.tile_coding import OWN, TileCoding
 from fieldrl.core.checks import InvalidValue
 
 LOW, HIGH = np.array([0.0, -50.0, -np.pi / 4, 0.0]), np.array([200.0, 50.0, np.pi / 4, 20.0])
@@ -13,7 +13,7 @@ LOW, HIGH = np.array([0.0, -50.0, -np.pi / 4, 0.0]), np.array([200.0, 50.0, np.p
 
 @st.composite
 def codings(draw):
-    variables = draw(st.lists(st.sampled_from(OBSERVED), min_size=1, max_size=4, unique=True))
+    variables = draw(st.lists(st.sampled_from(OWN), min_size=1, max_size=4, unique=True))
     tiles = draw(st.lists(st.integers(1, 9), min_size=len(variables), max_size=len(variables)))
     offsets = draw(st.sampled_from(["uniform", "asymmetric"]))
     return TileCoding(draw(st.integers(1, 16)), tiles, variables, offsets)
@@ -37,7 +37,7 @@ def test_exactly_one_tile_of_each_tiling_is_active(coding, observation):
 def test_the_active_tile_holds_the_observation(coding, observation):
     """Each tile's sides, computed from the definition, enclose the value: nothing was clipped."""
     active = coding.active(observation, coding.coder(LOW, HIGH))
-    indices = [OBSERVED.index(name) for name in coding.variables]
+    indices = [OWN.index(name) for name in coding.variables]
     tiles = np.array(np.unravel_index(active % np.prod(coding.tiles), coding.tiles)).T
     offsets = coding.displacements()
     width = (HIGH - LOW)[indices] / (np.array(coding.tiles) - offsets.max(axis=0))
@@ -83,7 +83,7 @@ def test_uniform_offsets_follow_the_diagonal():
 @settings(deadline=None)
 @given(st.integers(1, 30), st.integers(1, 4), st.sampled_from(["uniform", "asymmetric"]))
 def test_in_every_variable_the_tilings_are_evenly_displaced(tilings, d, offsets):
-    coding = TileCoding(tilings, 1, OBSERVED[:d], offsets)
+    coding = TileCoding(tilings, 1, OWN[:d], offsets)
     for column in coding.displacements().T:
         assert np.allclose(np.sort(column), np.arange(tilings) / tilings)
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fieldrl.core.parameters import Parameters
+from fieldrl.pde.advection import Advection
 
 
 def test_centre_and_half_width_follow_from_the_bounds():
@@ -13,4 +14,13 @@ def test_centre_and_half_width_follow_from_the_bounds():
 
 
 def test_the_true_values_may_be_unknown():
-    assert Parameters(("b",), ("length/time",), (-1.0,), (1.0,)).true is None
+    nothing = Parameters(("b",), ("length/time",), (-1.0,), (1.0,))
+    assert np.isnan(nothing.true).all()
+    assert not nothing.truth_known
+
+
+def test_one_true_value_may_be_unknown():
+    model = Advection(true=[5.0, None])
+    assert model.parameters.true[0] == 5.0
+    assert np.isnan(model.parameters.true[1])
+    assert not model.parameters.truth_known

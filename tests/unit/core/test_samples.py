@@ -64,3 +64,20 @@ def test_arrays_are_contiguous_floats_whatever_came_in():
 def test_lengths_that_disagree_are_refused():
     with pytest.raises(ValueError, match="differ in length: 2, 1, 2"):
         Samples.of([[1, 2], [3, 4]], [0], [5, 6])
+
+
+def test_what_is_stated_of_each_value_stays_with_it():
+    samples = Samples.of(np.zeros((3, 2)), [1, 2, 3], [4, 5, 6], std=[0.1, 0.2, 0.3], censored=[0, 1, 0])
+    chosen = samples.without(0)
+    assert np.array_equal(chosen.std, [0.2, 0.3])
+    assert np.array_equal(chosen.censored, [True, False])
+
+
+def test_one_standard_deviation_serves_all_samples():
+    assert np.array_equal(Samples.of(np.zeros((2, 2)), [1, 2], [4, 5], std=0.5).std, [0.5, 0.5])
+
+
+@pytest.mark.parametrize("std", [0.0, -1.0, np.nan, np.inf, [1.0, 0.0]])
+def test_a_standard_deviation_that_is_none_is_refused(std):
+    with pytest.raises(ValueError, match="must be > 0"):
+        Samples.of(np.zeros((2, 2)), [1, 2], [4, 5], std=std)

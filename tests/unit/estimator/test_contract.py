@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
-from stand_ins import advection
 
 from fieldrl.core.samples import Samples
+from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.problem import errors
+from tests.unit.estimator.stand_ins import advection
 
 CONFIGS = sorted((Path(__file__).parents[3] / "conf" / "estimator").glob("*.yaml"))
 SMALL = {"gaussian_process": {"budget": 6, "initial": 4}}
@@ -44,8 +45,20 @@ def test_a_fit_has_a_row_for_every_fold(estimator, problem):
 def test_loss_and_residuals_are_those_of_the_minimiser(estimator, problem):
     fit, problem = estimator.fit(problem), replace(problem, tikhonov=estimator.tikhonov)
     residuals = problem.residuals(fit.theta)
-    np.testing.assert_allclose(fit.residuals, residuals, atol=1e-9)
-    np.testing.assert_allclose(fit.loss, np.diagonal(problem.losses(residuals, fit.theta)), atol=1e-9)
+    losses = np.diagonal(problem.losses(residuals, fit.theta))
+    # composite reads them from its surrogate where that is certain enough, on the scale of fold 0
+    reckoned = isinstance(estimator, Composite)
+    np.testing.assert_allclose(fit.residuals, residuals, atol=0.05 if reckoned else 1e-9)
+    np.testing.assert_allclose(fit.loss, losses, rtol=1e-9, atol=0.02 * losses[0] if reckoned else 1e-9)
+    np.testing.assert_allclose(fit.loss[0], losses[0], rtol=1e-3)
+
+
+def test_every_fold_says_how_far_from_its_minimum_it_may_be(estimator, problem):
+    fit = estimator.fit(problem)
+    assert fit.gap.shape == fit.converged.shape == fit.loss.shape
+    assert fit.converged.dtype == bool
+    assert not np.isnan(fit.gap).any()
+    assert np.all(np.isfinite(fit.gap[fit.converged]))
 
 
 def test_minimisers_lie_within_the_bounds(estimator, problem):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from stand_ins import Waves, advection, problem
 from threadpoolctl import threadpool_limits
 
 from fieldrl.core.checks import InvalidValue
 from fieldrl.estimator.gaussian_process import GaussianProcess
+from tests.unit.estimator.stand_ins import Waves, advection, problem
 
 SMALL = GaussianProcess(budget=6, initial=4)
 

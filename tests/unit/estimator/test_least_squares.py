@@ -9,12 +9,12 @@ import pytest
 
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.samples import Samples
+from fieldrl.estimator.descent.normal_equations import _sum, _sum_two
 from fieldrl.estimator.least_squares import LeastSquares
-from fieldrl.estimator.normal_equations import _sum, _sum_two
 from fieldrl.estimator.problem import Fit, FitProblem, errors
 from fieldrl.pde.advection import Advection
 from fieldrl.pde.initial import InitialFeature
-from pipelines.global_minimum import random_problem
+from pipelines.benchmarks.global_minimum import random_problem
 
 MODEL = Advection()
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from stand_ins import TRUE, Waves, advection, problem
 
 from fieldrl.core.checks import InvalidValue
-from fieldrl.estimator import multi_start
+from fieldrl.estimator.descent import multi_start
+from fieldrl.estimator.descent.multi_start import MultiStart
 from fieldrl.estimator.least_squares import LeastSquares
-from fieldrl.estimator.multi_start import MultiStart
+from tests.unit.estimator.stand_ins import TRUE, Waves, advection, problem
 
 
 def test_it_agrees_with_the_compiled_fit_on_the_closed_form():

@@ -69,7 +69,24 @@ def build(
             "field_unit": "field unit",
         },
     )
+    record = record.assign(_course(record, rng))
     return record.assign(trace_best=_traces(rng)) if traces else record
+
+
+def _course(record, rng):
+    """The field at every other sample, and what samples said."""
+    shape = tuple(record.sizes[name] for name in ("replicate", "episode", "step"))
+    each, moments = ("replicate", "episode", "step"), np.arange(0, shape[2], 2)
+    field = record["field_true"].values[None, ::2, ::2] * np.linspace(1, 0.5, len(moments))[:, None, None]
+    return {
+        "value": (each, rng.normal(10, 3, shape)),
+        "theta": ((*each, "parameter"), rng.normal(5, 1, (*shape, 2))),
+        "parameter": (("parameter",), ["b_x", "b_y"]),
+        "field_course": (("moment", "course_x", "course_y"), field.astype(np.float32)),
+        "course_step": (("moment",), moments),
+        "course_x": (("course_x",), record.x.values[::2]),
+        "course_y": (("course_y",), record.y.values[::2]),
+    }
 
 
 def _traces(rng):

@@ -18,8 +18,8 @@ def test_every_fit_and_their_median_are_drawn(make_record):
     (axes,) = convergence_figure(make_record(traces=True)).axes
 
     assert len(axes.lines) == 50 + 1
-    assert axes.get_xlabel() == "Forward solves"
-    assert axes.get_ylabel() == "Best loss so far [(field unit)$^{2}$]"
+    assert axes.get_xlabel() == "Forward solves of a fit"
+    assert axes.get_ylabel() == "Regret [(field unit)$^{2}$]"
     assert axes.get_yscale() == "log"
 
 
@@ -44,3 +44,16 @@ def test_of_very_many_fits_a_selection_is_drawn_but_all_are_counted():
 
     assert len(axes.lines) <= 201
     assert axes.get_legend_handles_labels()[1][0] == "median of 1000 fits"
+
+
+def test_regret_ends_at_zero_and_never_rises():
+    found = convergence.regret([[4.0, 2.0], [3.0, 5.0, 1.0]])
+
+    np.testing.assert_array_equal(found, [[2.0, 0.0, 0.0], [2.0, 2.0, 0.0]])
+
+
+def test_negligible_regret_is_drawn_at_a_fraction_of_the_noise(make_record):
+    (axes,) = convergence_figure(make_record(traces=True)).axes
+
+    lowest = min(line.get_ydata()[-1] for line in axes.lines)
+    np.testing.assert_allclose(lowest, 1e-4)

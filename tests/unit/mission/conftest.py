@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from fieldrl.agent.sarsa import SarsaLambda
+from fieldrl.agent.sarsa_lambda import SarsaLambda
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.mission import Mission
-from fieldrl.mission.reward import TotalError
 from fieldrl.pde.advection import Advection
+from fieldrl.reward.total_error import TotalError
 from fieldrl.vehicle.unicycle import Unicycle
 
 

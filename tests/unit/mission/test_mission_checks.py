@@ -6,8 +6,8 @@ import pytest
 
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.domain import Circle, Domain, Rectangle
-from fieldrl.mission.reward import InformationGain
 from fieldrl.pde.advection import Advection
+from fieldrl.reward.information_gain import InformationGain
 from fieldrl.vehicle.unicycle import Unicycle
 
 OBSTACLES = [Circle((20.0, 25.0), 10.0), Rectangle((10.0, 10.0), (30.0, 30.0))]
@@ -53,6 +53,7 @@ class Opaque:
         inner = Advection()
         self.parameters, self.predict, self.field = inner.parameters, inner.predict, inner.field
         self.domain, self.flow, self.truth, self.horizon = inner.domain, inner.flow, inner.truth, horizon
+        self.admissible = inner.admissible
 
 
 def test_information_gain_refuses_a_model_without_derivatives(mission):
@@ -70,3 +71,10 @@ def test_an_episode_beyond_the_model_s_horizon_is_refused(mission):
 
 def test_an_episode_that_ends_at_the_horizon_is_allowed(mission):
     assert mission(water=Opaque(horizon=4.0)).duration == 4.0
+
+
+@pytest.mark.parametrize("true", [None, [5.0, None], [float("nan"), 5.0]], ids=["all", "one", "nan"])
+def test_a_mission_needs_the_true_values_that_it_simulates(mission, true):
+    with pytest.raises(InvalidValue, match="true value of b_x" if true != [5.0, None] else "b_y") as error:
+        mission(water=Advection(true=true))
+    assert error.value.key == "water.true"

@@ -17,6 +17,7 @@ DIMENSIONS = {
     "position": (*STEPS, "axis"),
     "measured_position": (*STEPS, "axis"),
     **dict.fromkeys(("heading", "time", "value", "action", "reward", "e_f", "e_cv", "e_total"), STEPS),
+    "converged": STEPS,
     "theta": (*STEPS, "parameter"),
     "return": ("replicate", "episode"),
     "forward_solves": ("replicate", "episode"),
@@ -53,6 +54,12 @@ def test_every_variable_says_its_unit_and_what_it_is(record):
     silent = [name for name in [*record.data_vars, "x", "y"] if not record[name].attrs.get("units")]
     unnamed = [name for name in [*record.data_vars, "x", "y"] if not record[name].attrs.get("long_name")]
     assert (silent, unnamed) == ([], [])
+
+
+def test_the_share_of_fits_that_converged_is_kept_and_summed_up(record):
+    assert record["converged"].values.min() > 0.99
+    short = record.assign(converged=record["converged"] * 0 + np.array([1.0, 0.5])[:, None, None])
+    assert [row["converged"] for row in summarise(short)["replicates_table"]] == [1.0, 0.5]
 
 
 def test_nothing_is_missing_in_the_record(record):

@@ -10,7 +10,7 @@ import xarray as xr
 
 from fieldrl.agent.lawnmower import Lawnmower
 from fieldrl.agent.random import Random
-from fieldrl.agent.sarsa import SarsaLambda
+from fieldrl.agent.sarsa_lambda import SarsaLambda
 from fieldrl.agent.schedules import Exponential
 from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.gaussian_process import GaussianProcess

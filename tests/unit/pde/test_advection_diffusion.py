@@ -7,11 +7,12 @@ import pytest
 
 from fieldrl.core.checks import InvalidValue, SolveFailed
 from fieldrl.core.domain import Circle, Domain, Rectangle
-from fieldrl.pde import sampling
-from fieldrl.pde.advection_diffusion import AdvectionDiffusion, CoarseGrid
+from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+from fieldrl.pde.finite_volumes import sampling
+from fieldrl.pde.finite_volumes.inside import OutsideDomain
+from fieldrl.pde.finite_volumes.resolution import CoarseGrid
 from fieldrl.pde.flow import DoubleGyre
 from fieldrl.pde.initial import InitialFeature
-from fieldrl.pde.inside import OutsideDomain
 from fieldrl.pde.solutions import Solutions
 
 MODEL = AdvectionDiffusion(cells=(64, 32), final_time=3.0)

@@ -55,7 +55,6 @@ def test_constants_hold_every_field_in_order():
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("amplitude", 0.0),
         ("amplitude", math.nan),
         ("centre", (1.0,)),
         ("centre", "ab"),

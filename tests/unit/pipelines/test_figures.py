@@ -6,8 +6,9 @@ import pytest
 from fieldrl.agent.tile_coding import TileCoding
 from fieldrl.pde.flow import DoubleGyre
 from fieldrl.vehicle.unicycle import Unicycle
-from pipelines import artefacts, figure_2, gyres, landscape, table_1, variations
+from pipelines import artefacts
 from pipelines.experiments import Settings
+from pipelines.paper import figure_2, gyres, landscape, table_1, variations
 
 
 def test_the_active_tile_of_every_tiling_holds_the_state():

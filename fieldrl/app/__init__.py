@@ -1,1 +1,0 @@
-"""The command: configuration, tracking, parallel workers, files, terminal."""

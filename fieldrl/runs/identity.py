@@ -1,0 +1,47 @@
+"""A run is its configuration, a sweep its overrides: the same results have the same key."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+RESULTS = 3
+"""Version of the results: raise it when the same configuration gives other numbers than before."""
+
+WITHOUT_EFFECT = ("output_dir", "force", "parallel", "tracking", "pde.solutions", "estimator.workers")
+"""Keys that cannot change a result, and so are no part of a run's identity."""
+
+
+def identity(config: Mapping[str, Any]) -> str:
+    """The key of a configuration."""
+    return key(_canonical(_effective(config)))
+
+
+def key(*content: Any) -> str:
+    """Ten hexadecimal digits of a hash of plain values and of the version of the results."""
+    text = json.dumps([RESULTS, *content], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:10]
+
+
+def _effective(config: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """The nested keys of ``config`` that can change a result."""
+    found = {key: value for key, value in config.items() if f"{path}{key}" not in WITHOUT_EFFECT}
+    if not path and not found.get("unknown"):  # as before there was such a key
+        found.pop("unknown", None)
+    return {
+        key: _effective(value, f"{path}{key}.") if isinstance(value, Mapping) else value
+        for key, value in found.items()
+    }
+
+
+def _canonical(value: Any) -> Any:
+    """``value`` with 10.0 and 10 made equal."""
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_canonical(item) for item in value]
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    return value

@@ -1,0 +1,16 @@
+"""Benchmarks: how good and how fast solver, fits and runs are, beside others' and beside theory.
+
+- ``botorch_fit``: BoTorch's composite expected improvement on a fit problem: a benchmark extra
+- ``converged_folds``: converged fits of every fold, to judge estimators by
+- ``cross_validation``: e_cv of the second experiment against converged refits of every fold
+- ``estimates``: how well memory and time of a run are estimated
+- ``fit_speed``: how fast the first experiment is: the fits against SciPy, and where a run's time goes
+- ``fits``: how many solves a fit takes: every estimator for dear models on the same random fit problems
+- ``flows``: what a flow costs: one solve on the experiment's grid, built-in and of one's own
+- ``global_minimum``: whether fits are global minima: LeastSquares against SciPy from 32 starts
+- ``oracle``: the double gyre in py-pde, to compare the solver with
+- ``performance_profile``: the share of problems that a method has solved, against the solves it took
+- ``run_cost``: what checkpoints and tracking cost a run
+- ``solver``: how good and how fast the solver is, beside py-pde
+- ``sweep_cost``: what a sweep costs beside its runs
+"""

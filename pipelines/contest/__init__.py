@@ -1,0 +1,1 @@
+"""The contest of agents: ``python -m pipelines.contest``."""

@@ -1,0 +1,68 @@
+"""The page of the contest, from its table alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from numpy.typing import NDArray
+
+from fieldrl.core.streams import stream
+from pipelines.contest import figures
+from pipelines.contest.statistics import bootstrap, interquartile_mean, probability_of_improvement
+
+PLACE = ["experiment", "start", "plume"]
+
+
+def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
+    """Leave index.html and profiles.png.
+
+    Args:
+        table: a DataFrame of all missions, see ``missions.COLUMNS``.
+        folder: where.
+        episodes: that learners trained.
+        small: the scale.
+    """
+    figures.profiles(scores(table, "parameter_error")).savefig(folder / "profiles.png", dpi=160)
+    parts = [(" ".join(map(str, name)), rows) for name, rows in table.groupby(PLACE, sort=False)]
+    tables = [(name, summary(part)) for name, part in [("All places", table), *parts]]
+    loader = FileSystemLoader(Path(__file__).parent)
+    page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    text = page.get_template("page.html.jinja").render(
+        tables=tables,
+        places=parts,
+        seeds=table["seed"].nunique(),
+        steps=20,
+        episodes=episodes,
+        small=small,
+    )
+    (folder / "index.html").write_text(text, encoding="utf-8")
+
+
+def scores(table: Any, column: str) -> dict[str, NDArray[np.float64]]:
+    """A column by agent, (places, seeds) each."""
+    return {
+        str(agent): np.stack([part[column].to_numpy(float) for _, part in rows.groupby(PLACE, sort=False)])
+        for agent, rows in table.groupby("agent", sort=False)
+    }
+
+
+def summary(table: Any) -> list[list[str]]:
+    """A row for each agent, the best first: what the page's table holds."""
+    errors, fields = scores(table, "parameter_error"), scores(table, "field_error")
+    means = table.groupby("agent")[["identified", "seconds", "training_seconds"]].mean()
+    totals = table.groupby("agent")["e_total"].median()
+    rng, rows = stream(0, "contest bootstrap"), []
+    for agent in sorted(errors, key=lambda name: interquartile_mean(errors[name])):
+        low, high = bootstrap(interquartile_mean, [errors[agent]], rng)
+        beats = probability_of_improvement(errors[agent], errors["random"]) if "random" in errors else np.nan
+        mean = means.loc[agent]
+        cost = f"{mean['seconds']:.2g}", f"{mean['training_seconds']:.0f}"
+        rows.append([
+            agent, f"{interquartile_mean(errors[agent]):.3g} [{low:.3g}, {high:.3g}]",
+            f"{interquartile_mean(fields[agent]):.3g}", f"{100 * mean['identified']:.0f} %",
+            f"{totals[agent]:.3g}", *cost, f"{beats:.2f}",
+        ])  # fmt: skip
+    return rows

@@ -1,0 +1,58 @@
+"""What rliable (Agarwal et al. 2021) recommends for few runs: numbers that a lucky run does not decide.
+
+A score table is (tasks, runs): a task is a place, a run is a test mission. Small is good here: errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import rankdata, trim_mean
+
+Table = NDArray[np.float64]
+
+
+def interquartile_mean(scores: Table) -> float:
+    """Mean of the middle half of all scores (tasks, runs)."""
+    return float(trim_mean(scores.reshape(-1), 0.25))
+
+
+def bootstrap(
+    statistic: Callable[..., float], tables: list[Table], rng: np.random.Generator, draws: int = 2000
+) -> tuple[float, float]:
+    """95 % interval of a statistic by the stratified bootstrap: runs are drawn again within each task.
+
+    Args:
+        statistic: of the tables.
+        tables: (tasks, runs) each, drawn independently of each other.
+        rng: what is drawn from.
+        draws: how many.
+    """
+    found = [statistic(*(_again(table, rng) for table in tables)) for _ in range(draws)]
+    low, high = np.quantile(found, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def _again(table: Table, rng: np.random.Generator) -> Table:
+    return np.take_along_axis(table, rng.integers(table.shape[1], size=table.shape), axis=1)
+
+
+def performance_profile(scores: Table, thresholds: ArrayLike) -> NDArray[np.float64]:
+    """Share of runs whose score is at most each threshold (k,), mean over tasks, (k,)."""
+    return (scores[..., None] <= np.asarray(thresholds)).mean(axis=(0, 1))
+
+
+def probability_of_improvement(scores: Table, others: Table) -> float:
+    """Chance that a run is better (less) than another's, ties counting half, mean over tasks.
+
+    By the Mann-Whitney statistic.
+    """
+    return float(np.mean([_beats(one, other) for one, other in zip(scores, others, strict=True)]))
+
+
+def _beats(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    n, m = len(one), len(other)
+    ranks = rankdata(np.concatenate([one, other]))[:n]
+    return 1.0 - (ranks.sum() - n * (n + 1) / 2) / (n * m)
