@@ -13,7 +13,9 @@ def test_every_sample_and_the_best_episode_stand_along_time(make_record):
     chosen = first.isel(episode=int(first["best_episode"]))
     np.testing.assert_array_equal(best.get_ydata(), chosen["pooled_residual"].values)
     np.testing.assert_array_equal(best.get_xdata(), chosen["time"].values)
-    assert right.lines[0].get_ydata().max() <= 1 / np.sqrt(2 * np.pi)  # the density of sigma = 1
+    assert np.max(np.asarray(right.lines[0].get_ydata())) <= 1 / np.sqrt(
+        2 * np.pi
+    )  # the density of sigma = 1
 
 
 def test_a_record_without_residuals_has_no_such_picture(make_record):
