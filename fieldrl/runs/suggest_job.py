@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from fieldrl.core.checks import FieldrlError
 from fieldrl.mission.suggestion import Suggestion, suggest
@@ -63,7 +64,7 @@ def _config(folder: Path) -> dict[str, Any]:
 
 def _table(found: Suggestion, reader: SampleFile, samples: Mapping[str, Any]) -> str:
     """As CSV: in the model's units and, where the file of samples has them, dates, longitudes, latitudes."""
-    columns = dict(found.columns)
+    columns: dict[str, NDArray] = dict(found.columns)
     if samples.get("time_zero"):
         elapsed = np.round(reader.seconds_of(found.times)).astype("timedelta64[s]")
         columns["date"] = np.datetime_as_string(np.datetime64(samples["time_zero"], "s") + elapsed)
