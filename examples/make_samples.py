@@ -2,7 +2,8 @@
 
     python examples/make_samples.py
 
-The patch is that of ``experiment=advection``, its true flow (4.2, 3.1); the noise has a standard deviation of 1.
+The patch is that of ``experiment=advection``, its true flow (4.2, 3.1); the noise has a standard
+deviation of 1.
 """
 
 from pathlib import Path

@@ -8,7 +8,8 @@
 
 A candidate s gains 1/2 log(1 + s C s^T): by so much 1/2 log det(I + F) grows, and the volume of what is
 uncertain shrinks by its exponential. The best is taken, F grows by s^T s, and so on. The gain of a set is
-submodular, so a greedy set has at least 1 - 1/e of the gain of the best set of its size (Nemhauser et al. 1978).
+submodular, so a greedy set has at least 1 - 1/e of the gain of the best set of its size
+(Nemhauser, Wolsey and Fisher 1978).
 """
 
 from __future__ import annotations
