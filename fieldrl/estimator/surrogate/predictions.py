@@ -139,7 +139,7 @@ def linearise(surrogate, u, mean, slope):
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
 def covary(surrogate, u, covariance):
-    """Covariance of every output at u (p,) and its derivatives, in place, (n, 1 + p, 1 + p), the output first.
+    """Covariance of every output at u (p,) and its derivatives, in place, (n, 1 + p, 1 + p), output first.
 
     A process and its derivatives are jointly normal: the covariance of r with them is the derivative of r
     (Rasmussen & Williams 2006, section 9.4). Units: field unit^2, by half-width for each derivative.
