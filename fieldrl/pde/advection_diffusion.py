@@ -30,12 +30,12 @@ from fieldrl.core import checks
 from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Domain, Grid
 from fieldrl.core.kinds import OR_NULL, component
+from fieldrl.core.ordinary import adapted
 from fieldrl.core.parameters import Parameters
 from fieldrl.pde.finite_volumes import feasible, resolution, sampling
 from fieldrl.pde.finite_volumes.discretisation import Discretisation, Source, has_streamfunction
 from fieldrl.pde.finite_volumes.inside import check_inside
 from fieldrl.pde.flow import DoubleGyre, Flow
-from fieldrl.pde.flow.ordinary import adapted
 from fieldrl.pde.initial import Feature, InitialFeature, check_visible
 from fieldrl.pde.solutions import Solutions, key
 from fieldrl.pde.truth import differing
