@@ -28,7 +28,7 @@ def with_contents(config: Any) -> Any:
 def code(config: Any) -> dict[str, str]:
     """Digests of the code of the packages outside fieldrl that a configuration names; imports nothing."""
     roots = sorted({target.partition(".")[0] for target in _targets(config)} - {_OURS})
-    return {root: digest for root in roots if (digest := _package(root))}
+    return {root: digest for root in roots if (digest := package(root))}
 
 
 def _names_a_file(key: Any) -> bool:
@@ -57,7 +57,7 @@ def _targets(config: Any) -> Iterator[str]:
 
 
 @lru_cache(maxsize=64)
-def _package(root: str) -> str:
+def package(root: str) -> str:
     """Of all Python files of a package or module, "" where there is none; as they are when first asked."""
     try:
         found = find_spec(root)

@@ -25,7 +25,7 @@ def theirs(tmp_path, monkeypatch):
 
 
 def key_now(config):
-    contents._package.cache_clear()  # a process keeps what it first saw, as it keeps what it imported
+    contents.package.cache_clear()  # a process keeps what it first saw, as it keeps what it imported
     return identity(config)
 
 
@@ -40,7 +40,7 @@ def test_another_code_of_a_class_that_is_not_ours_is_another_run(theirs, file):
     assert "their_flows" not in sys.modules
 
 
-def test_a_module_counts_as_a_package_does(tmp_path, monkeypatch):
+def test_a_module_counts_as_apackage_does(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     config = {"agent": {"parts": [{"_target_": "their_module.Flow"}]}}
     absent = key_now(config)
