@@ -3,8 +3,8 @@
     python -m pipelines.benchmarks.flows                        ratios to the built-in double gyre
     python -m pipelines.benchmarks.flows --against CHECKOUT     the double gyre, here and there
 
-The second takes CPU seconds of two processes that solve, and do small missions, by turns: what else the machine
-does counts for both.
+The second takes CPU seconds of two processes that solve, and do small missions, by turns: whatever else the
+machine does counts for both.
 
 Takes a few minutes.
 """
