@@ -156,7 +156,7 @@ class Mission:
         """Time at the end of an episode [time]."""
         return self.steps * self.vehicle.time_step
 
-    def environment(self) -> FieldSampling:
+    def environment(self, render_mode: str | None = None) -> FieldSampling:
         """A new environment of this mission."""
         parts = self.water, self.vehicle, self.estimator, self.reward, self.steps
-        return FieldSampling(*parts, self.observation, self.scenario)
+        return FieldSampling(*parts, self.observation, self.scenario, render_mode)
