@@ -3,12 +3,13 @@
     python -m pipelines.benchmarks.recovery                200 truths of each kind
     python -m pipelines.benchmarks.recovery --truths 5     minutes
 
-A truth lies anywhere in the inner nine tenths of the bounds. Sixty samples at random places and times, noise
-as the vehicle's sensor has it, are made by the model that is fitted, so that nothing but noise is in the way;
-the double gyre's grid is small. Estimators are those of the experiments. An estimate is recovered where every
-unknown lies within three standard errors (Fisher information). Another one is told where each unknown that is
-further off is not identified, has several solutions, or has the truth in its 95 % interval; else it is silent
-as often by chance as the table says. What is finished is kept in outputs/recovery/ until the code changes.
+A truth lies anywhere in the inner nine tenths of the bounds. Sixty samples at random places and times (of
+the gyre: at whole times, as its vehicle takes them), noise as the vehicle's sensor has it, are made by the
+model that is fitted, so that nothing but noise is in the way; the double gyre's grid is small. Estimators
+are those of the experiments. An estimate is recovered where every unknown lies within three standard errors
+(Fisher information). Another one is told where each unknown that is further off is not identified, has
+several solutions, or has the truth in its 95 % interval; else it is silent, as often by chance as the table
+says. What is finished is kept in outputs/recovery/ until the code changes.
 Writes outputs/recovery.json.
 
 Takes half an hour.
@@ -129,7 +130,7 @@ def advection(bounds: Bounds | None) -> Advection:
         InitialFeature(100.0, (80.0, 50.0), 25.0),
         LocalisedSource(20.0, (110.0, 60.0), 20.0, 1.0, 5.0),
     )
-    water = {"lower": (-6.0, -6.0), "upper": (6.0, 6.0), "true": (4.0, 2.0)}
+    water: dict[str, Any] = {"lower": (-6.0, -6.0), "upper": (6.0, 6.0), "true": (4.0, 2.0)}
     return Advection(initial=feature, source=source, unknown=_named(bounds), **water)
 
 
@@ -167,10 +168,9 @@ def tried(model: Any, name: tuple[str, str], number: int) -> dict[str, Any]:
     """One truth: how far each unknown is off, and what is told of it."""
     rng, parameters = stream(number, f"recovery {' '.join(name)}"), model.parameters
     true = parameters.centre + parameters.half_width * rng.uniform(-0.9, 0.9, len(parameters))
-    positions, times = (
-        rng.uniform((0, 0), (200, 100), (SAMPLES, 2)),
-        np.sort(rng.uniform(0.5, DURATION, SAMPLES)),
-    )
+    positions, times = rng.uniform((0, 0), (200, 100), (SAMPLES, 2)), rng.uniform(0.5, DURATION, SAMPLES)
+    if not isinstance(model, Advection):
+        times = np.ceil(times)
     values = model.predict(true[None], positions, times)[0] + rng.normal(0, NOISE, SAMPLES)
     samples = Samples.of(positions, times, values)
     estimator = LeastSquares() if isinstance(model, Advection) else Composite()
@@ -230,7 +230,7 @@ def trials_of(name: tuple[str, str], make: Callable[[], Any], truths: int, jobs:
         content = json.loads(path.read_text())
         kept = content["trials"] if content["code"] == package("fieldrl") else []
     missing = range(len(kept), truths)
-    chunks: list[Any] = Parallel(jobs)(
+    chunks: Any = Parallel(jobs)(
         delayed(_chunk)(name, make, part) for part in np.array_split(missing, jobs) if len(part)
     )
     kept += [one for chunk in chunks for one in chunk]
