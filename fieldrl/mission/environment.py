@@ -232,7 +232,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """The picture, with ``render_mode="rgb_array"``; else None."""
-        return rendering.picture(self) if self.render_mode == "rgb_array" else None
+        return self._picture() if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
         """Close the window, where there is one."""
@@ -243,7 +243,13 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
     def _show(self) -> None:
         if self.render_mode == "human":
             self.window = self.window or rendering.Window()
-            self.window.show(rendering.picture(self))
+            self.window.show(self._picture())
+
+    def _picture(self) -> NDArray[np.uint8]:
+        def field(grid: Grid) -> NDArray[np.float64]:
+            return self.truth.field(self.theta, self.time, grid)
+
+        return rendering.picture(self.water.domain, field, self.samples.positions, self.state)
 
     def situation(self) -> Situation:
         """What a planning agent decides from; with the truth, for the oracle alone."""

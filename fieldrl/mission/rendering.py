@@ -5,15 +5,16 @@ A picture is rows of pixels from the top, (height, width, 3), 8 bits; the longer
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core.checks import FieldrlError
+from fieldrl.core.domain import Domain, Grid
 
-if TYPE_CHECKING:
-    from fieldrl.mission.environment import FieldSampling
+Field = Callable[[Grid], NDArray[np.float64]]
 
 SIDE = 400
 _CELLS = 100  # of the field along the longer side
@@ -22,19 +23,25 @@ _INK, _OBSTACLE, _VEHICLE = (34, 34, 34), (140, 140, 140), (213, 94, 0)  # Okabe
 _DOT, _BODY, _NOSE = 2.5, 5.0, 12.0  # radii and length [pixel]
 
 
-def picture(environment: FieldSampling) -> NDArray[np.uint8]:
-    """The environment as it is now."""
-    domain = environment.water.domain
+def picture(domain: Domain, field: Field, positions: NDArray, state: NDArray) -> NDArray[np.uint8]:
+    """A domain as it is now.
+
+    Args:
+        domain: its sides and obstacles.
+        field: of a grid, (nx, ny) [field unit].
+        positions: of the samples, (n, 2) [length].
+        state: of the vehicle: x, y, heading, (3,) [length, length, rad].
+    """
     scale = SIDE / max(np.subtract(domain.upper, domain.lower))
     width, height = np.maximum(1, np.round(np.subtract(domain.upper, domain.lower) * scale)).astype(int)
-    image = _coloured(environment, int(width), int(height))
+    image = _coloured(domain, field, int(width), int(height))
     points = domain.grid(int(width), int(height)).points
     for shape in domain.obstacles:
         image[shape.contains(points).reshape(width, height)] = _OBSTACLE
-    places = (environment.samples.positions - domain.lower) * scale
+    places = (positions - np.array(domain.lower)) * scale
     for place in places:
         _disc(image, place, _DOT, _INK)
-    x, y, heading = environment.state
+    x, y, heading = state
     at, ahead = (np.array([x, y]) - domain.lower) * scale, np.array([np.cos(heading), np.sin(heading)])
     for step in np.linspace(0, _NOSE, 25):
         _disc(image, at + step * ahead, 1.0, _VEHICLE)
@@ -42,14 +49,12 @@ def picture(environment: FieldSampling) -> NDArray[np.uint8]:
     return np.ascontiguousarray(image.transpose(1, 0, 2)[::-1])
 
 
-def _coloured(environment: FieldSampling, width: int, height: int) -> NDArray[np.uint8]:
-    """The true field's colours, (width, height, 3), x first and y upwards."""
+def _coloured(domain: Domain, field: Field, width: int, height: int) -> NDArray[np.uint8]:
+    """The field's colours, (width, height, 3), x first and y upwards."""
     nx, ny = (max(1, round(_CELLS * n / max(width, height))) for n in (width, height))
-    grid = environment.water.domain.grid(nx, ny)
-    field = environment.truth.field(environment.theta, environment.time, grid)
-    field = np.nan_to_num(field, nan=0.0)
-    low, high = min(field.min(), 0.0), max(field.max(), 1e-12)
-    cells = (field - low) / (high - low) * (len(_STOPS) - 1)
+    values = np.nan_to_num(field(domain.grid(nx, ny)), nan=0.0)
+    low, high = min(values.min(), 0.0), max(values.max(), 1e-12)
+    cells = (values - low) / (high - low) * (len(_STOPS) - 1)
     stops = np.arange(len(_STOPS))
     colours = np.stack([np.interp(cells, stops, channel) for channel in _STOPS.T], axis=-1).astype(np.uint8)
     across, along = (np.arange(n) * cells // n for n, cells in ((width, nx), (height, ny)))
