@@ -9,7 +9,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths
+from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths, residuals
 
 Drawing = Callable[[xr.Dataset], Figure]
 
@@ -22,8 +22,8 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
         folder: where to.
 
     Returns:
-        The PNG files: path, learning curve, course and field error where the model has a field, convergence
-        where the fits left traces.
+        The PNG files: path, learning curve, residuals, course and field error where the model has a field,
+        convergence where the fits left traces.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -38,7 +38,7 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     """The drawing function of every picture that this record has the data for, by file name."""
     if estimates.is_estimate(record):
         chosen = {"samples": estimates.field_figure} if fields.has_field(record) else {}
-        return chosen | {"residuals": estimates.residuals_figure, "fit": estimates.fit_figure}
+        return chosen | {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
     chosen |= {
         "path": paths.path_figure,
@@ -46,6 +46,8 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     }
     if fields.has_field(record):
         chosen["field_error"] = fields.field_error_figure
+    if residuals.has_residuals(record):
+        chosen["residuals"] = residuals.mission_residuals_figure
     if convergence.has_convergence(record):
         chosen["convergence"] = convergence.convergence_figure
     return chosen

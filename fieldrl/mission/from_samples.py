@@ -24,6 +24,7 @@ from fieldrl.mission.record import EpisodeLog, described
 from fieldrl.mission.trusted import SOLVES, trust_variables
 from fieldrl.mission.world import even_grid, field_of
 from fieldrl.uncertainty import Assessment, Noise, assess, noise_of, verdict
+from fieldrl.uncertainty.design import information_of
 
 _LISTED = 8  # outliers that are named
 _MARGIN = 0.1  # of the samples' extent around them, where the model has no domain
@@ -109,6 +110,11 @@ class Estimate:
             said.append(f"{what}; do model, units and origin fit, and is no value far off (loss=student_t)?")
         return said
 
+    @property
+    def record(self) -> xr.Dataset:
+        """What figures and files are made of, see ``estimate_record``."""
+        return estimate_record(self)
+
     def field(self, time: float, grid: Grid) -> NDArray[np.float64]:
         """The estimated field, (nx, ny) [field unit]; by predictions where the model gives no fields."""
         return field_of(self.model, self.theta, time, grid)
@@ -185,7 +191,7 @@ def estimate_record(found: Estimate) -> xr.Dataset:
     grid, time = _grid(found.model, samples), float(samples.times.max())
     record = record.assign(_of_samples(found) | _of_the_estimate(found, grid, time))
     record = record.expand_dims("replicate")
-    domain, noise = _domain(found.model, samples), found.noise
+    domain, noise = domain_of(found.model, samples), found.noise
     unknown = np.full((grid.x.size, grid.y.size), np.nan)
     start = samples.positions[np.argmin(samples.times)]
     record = described(record, found.model.parameters, grid, unknown, start, domain, noise)
@@ -231,6 +237,10 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
             ("x", "y"), found.field(time, grid),
             {"units": "field unit", "long_name": "estimated field at the final time"},
         ),
+        "information": (
+            ("parameter", "with_parameter"), information_of(found.assessment.axes),
+            {"units": "1", "long_name": "Fisher information of the unknowns in half-widths of their bounds"},
+        ),
         "verdict": ((), found.verdict, {"units": "1", "long_name": "what all samples tell, in words"}),
     }  # fmt: skip
     for name, text in (("pooled", "all samples' estimate"), ("best", "all samples' estimate")):
@@ -238,7 +248,7 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
     return variables
 
 
-def _domain(model: Any, samples: Samples) -> Domain:
+def domain_of(model: Any, samples: Samples) -> Domain:
     """The model's, else a rectangle around the samples."""
     if hasattr(model, "domain"):
         return model.domain
@@ -249,4 +259,4 @@ def _domain(model: Any, samples: Samples) -> Domain:
 
 def _grid(model: Any, samples: Samples) -> Grid:
     """The model's own, else about a hundred cells along the longer side of the domain."""
-    return model.grid if hasattr(model, "grid") else even_grid(_domain(model, samples))
+    return model.grid if hasattr(model, "grid") else even_grid(domain_of(model, samples))
