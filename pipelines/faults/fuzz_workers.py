@@ -157,7 +157,7 @@ def _here(arguments: Sequence[str], path: Path) -> Seen:
     """In this process."""
     from fieldrl.cli.main import main
 
-    with _redirected(path), _without_long_runs(), _without_figures():
+    with _redirected(path), _without_long_runs(), without_figures():
         try:
             status, verdict = main(list(arguments)), ""
         except Long:
@@ -214,7 +214,7 @@ def _without_long_runs():
 
 
 @contextmanager
-def _without_figures():
+def without_figures():
     """The pictures of a run take longer than the run; a command of its own draws them."""
     from fieldrl import figures
 
