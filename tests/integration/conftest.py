@@ -25,7 +25,7 @@ SMALLEST = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=1", "t
 def fieldrl(
     folder: Path, *arguments: str, figures: bool = False, **environment: str
 ) -> subprocess.CompletedProcess[str]:
-    """The command in ``folder``, forked from a process that has imported everything; it draws if ``figures``."""
+    """The command in ``folder``, forked from a process that has imported everything."""
     return forked.command(folder, arguments, environment, figures)
 
 
@@ -59,7 +59,7 @@ def summary(folder: Path, output_dir: str = "outputs") -> dict:
 
 @pytest.fixture
 def run_here(tmp_path, monkeypatch, capfd) -> Callable[..., tuple[int, str, str]]:
-    """Run the command in this process, in an empty folder: (status, output, errors); it draws if ``figures``."""
+    """Run the command in this process, in an empty folder: (status, output, errors)."""
     from fieldrl.cli.main import main
 
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The command ``fieldrl`` in a process of its own that begins at once: forked from one that has imported everything."""
+"""The command ``fieldrl`` in a process of its own, forked from one that has imported everything."""
 
 from __future__ import annotations
 
@@ -47,7 +47,11 @@ def command(
 
 
 def _be_command(
-    folder: Path, arguments: Sequence[str], environment: Mapping[str, str], figures: bool, said: Sequence[Path]
+    folder: Path,
+    arguments: Sequence[str],
+    environment: Mapping[str, str],
+    figures: bool,
+    said: Sequence[Path],
 ) -> None:
     from fieldrl.cli.main import main
     from pipelines.faults.fuzz_workers import without_figures

@@ -8,7 +8,9 @@ from fieldrl.runs import options
 from tests.integration.conftest import SMALLEST, summary
 
 GROUPS = ("vehicle", "agent", "reward")
-SMALL = ("experiment=advection", "episodes=2", "steps=3", "evaluation_episodes=1", "replicates=1", "tracking=none")
+SMALL = (
+    "experiment=advection", "episodes=2", "steps=3", "evaluation_episodes=1", "replicates=1", "tracking=none",
+)  # fmt: skip
 ESTIMATORS = {
     "least_squares": (),
     "composite": (),

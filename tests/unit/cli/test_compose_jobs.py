@@ -8,7 +8,7 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 
 from fieldrl.cli.compose import plain
-from fieldrl.cli.composer import Composer
+from fieldrl.cli.compose_jobs import Composer
 from fieldrl.core.checks import FieldrlError
 from fieldrl.runs import options
 
