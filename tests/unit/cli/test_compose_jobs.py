@@ -30,7 +30,7 @@ def composer():
         hydra = GlobalHydra.instance().hydra
         assert hydra is not None
         master = hydra.compose_config("config", ["seed=0,1"], RunMode.MULTIRUN)
-        yield Composer(hydra.config_loader, master)
+        yield Composer(hydra.config_loader, master)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("overrides", JOBS.values(), ids=JOBS.keys())
