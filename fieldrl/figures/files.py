@@ -29,11 +29,16 @@ def save(drawing: Figure, path: Path, record: xr.Dataset) -> Path:
 
 def save_noted(drawing: Figure, path: Path, note: Mapping[str, object]) -> Path:
     """Write the figure as PNG, and beside it ``note`` as JSON; returns the path."""
-    content = io.BytesIO()
-    drawing.savefig(content, format="png", dpi=style.DPI, metadata={"Software": None})
-    path.write_bytes(content.getvalue())
+    path.write_bytes(png(drawing))
     path.with_suffix(".json").write_text(json.dumps(note, indent=2) + "\n")
     return path
+
+
+def png(drawing: Figure) -> bytes:
+    """The content of a PNG file."""
+    content = io.BytesIO()
+    drawing.savefig(content, format="png", dpi=style.DPI, metadata={"Software": None})
+    return content.getvalue()
 
 
 def provenance(name: str, record: xr.Dataset) -> dict[str, object]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median, quantiles
@@ -163,6 +162,6 @@ def _record(one: Found) -> Any:
 
 
 def _picture(drawing: Figure, heading: str, caption: str = "") -> Picture:
-    content = io.BytesIO()
-    drawing.savefig(content, format="png", dpi=drawing.dpi)
-    return run_page.Picture.drawn(content.getvalue(), heading, caption)
+    from fieldrl.figures.files import png
+
+    return run_page.Picture.drawn(png(drawing), heading, caption)

@@ -122,7 +122,8 @@ def _compute(given: EstimateJob, display: Display) -> dict[str, Any]:
     noise = {"noise": found.noise, "noise_stated": found.noise_stated, "outliers": list(found.outliers)}
     expected = {"late_e_total": [found.errors.e_total], "greedy": []}
     summary = known | summarise(record) | expected | noise
-    summary |= {"samples": used | {"notes": list(reading.notes)}, "seconds": round(time.time() - started, 3)}
+    used |= {"notes": list(reading.notes), "time_zero": reading.time_zero, "degrees": reading.degrees}
+    summary |= {"samples": used, "seconds": round(time.time() - started, 3)}
     summary = _finite(summary) | {"record": run.record_digest()}
     job.conclude(record, summary, given.told())
     display.result(summary, run, job.publish(given.told(), again=job.config["force"]))
