@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import multiprocessing.process
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -56,6 +57,7 @@ def _be_command(
     from fieldrl.cli.main import main
     from pipelines.faults.fuzz_workers import without_figures
 
+    multiprocessing.process._parent_process = None  # type: ignore[attr-defined]  # a command, no worker
     os.environ.clear()
     os.environ.update(environment)
     sys.path[:0] = [path for path in environment.get("PYTHONPATH", "").split(os.pathsep) if path]
