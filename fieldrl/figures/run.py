@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths
+from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths, residuals
 
 Drawing = Callable[[xr.Dataset], Figure]
 
@@ -21,7 +21,8 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
         folder: where to.
 
     Returns:
-        The PNG files: course, path, learning curve, field error and, where the fits left traces, convergence.
+        The PNG files: course, path, learning curve, field error, residuals and, where the fits left traces,
+        convergence.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -35,7 +36,7 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     if estimates.is_estimate(record):
         return {
             "samples": estimates.field_figure,
-            "residuals": estimates.residuals_figure,
+            "residuals": residuals.estimate_residuals_figure,
             "fit": estimates.fit_figure,
         }
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
@@ -44,6 +45,8 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
         "learning_curve": learning.learning_curve_figure,
         "field_error": fields.field_error_figure,
     }
+    if residuals.has_residuals(record):
+        chosen["residuals"] = residuals.mission_residuals_figure
     if convergence.has_convergence(record):
         chosen["convergence"] = convergence.convergence_figure
     return chosen

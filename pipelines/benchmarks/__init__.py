@@ -13,4 +13,5 @@
 - ``run_cost``: what checkpoints and tracking cost a run
 - ``solver``: how good and how fast the solver is, beside py-pde
 - ``sweep_cost``: what a sweep costs beside its runs
+- ``unknowns``: how estimators for dear models cope with one to six unknowns
 """
