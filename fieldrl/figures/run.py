@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths
+from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths, residuals
 
 Drawing = Callable[[xr.Dataset], Figure]
 
@@ -21,10 +22,13 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
         folder: where to.
 
     Returns:
-        The PNG files: course, path, learning curve, field error and, where the fits left traces, convergence.
+        The PNG files: path, learning curve, residuals, course and field error where the model has a field,
+        convergence where the fits left traces.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    if not fields.has_field(record):
+        warnings.warn("the model has no field: pictures of it are left out", stacklevel=2)
     return [
         files.save(draw(record), folder / f"{name}.png", record) for name, draw in drawings(record).items()
     ]
@@ -33,17 +37,17 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
 def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     """The drawing function of every picture that this record has the data for, by file name."""
     if estimates.is_estimate(record):
-        return {
-            "samples": estimates.field_figure,
-            "residuals": estimates.residuals_figure,
-            "fit": estimates.fit_figure,
-        }
+        chosen = {"samples": estimates.field_figure} if fields.has_field(record) else {}
+        return chosen | {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
     chosen |= {
         "path": paths.path_figure,
         "learning_curve": learning.learning_curve_figure,
-        "field_error": fields.field_error_figure,
     }
+    if fields.has_field(record):
+        chosen["field_error"] = fields.field_error_figure
+    if residuals.has_residuals(record):
+        chosen["residuals"] = residuals.mission_residuals_figure
     if convergence.has_convergence(record):
         chosen["convergence"] = convergence.convergence_figure
     return chosen

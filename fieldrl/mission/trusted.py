@@ -36,7 +36,8 @@ def assessed(
     steps = values["time"].shape[1]
     paths = np.repeat(np.arange(len(values["time"])), steps)
     every = _samples(values, slice(None))
-    found, told, solves, elsewhere = {}, "", SOLVES, None
+    found: dict[str, Any] = {"pooled_residual": _residual(np.full(values["value"].shape, np.nan))}
+    told, solves, elsewhere = "", SOLVES, None
     one = values["theta"][best, -1]
     for name, text, samples, theta, path in (
         ("pooled", "all samples' estimate", every, pooled, paths),
@@ -54,6 +55,8 @@ def assessed(
             # the best episode was chosen for its small residuals: they tell too small a noise
             elsewhere = noise.variance(result.least, len(theta)), noise.free(len(theta))
         found |= trust_variables(result, name, text)
+        if name == "pooled":
+            found["pooled_residual"] = _residual(result.residuals.reshape(values["value"].shape))
     found["verdict"] = (), told, {"units": "1", "long_name": "what all samples tell, in words"}
     return found
 
@@ -86,6 +89,11 @@ def _variables(name: str, text: str, std: NDArray, interval: NDArray, identified
         f"{name}_interval": (("parameter", "end"), interval, told["interval"]),
         f"{name}_identified": (("parameter",), identified.astype(np.int8), whether),
     }
+
+
+def _residual(residual: NDArray) -> tuple[tuple[str, str], NDArray, dict[str, str]]:
+    text = "prediction minus value at the estimate from all samples"
+    return ("episode", "step"), residual, {"units": "field unit", "long_name": text}
 
 
 def _samples(values: dict[str, NDArray], at: Any) -> Samples:

@@ -53,6 +53,7 @@ class Assessment:
         solved: parameters that were solved, with those solved for this, (k, p).
         solves: how many were solved for this.
         level: of the intervals.
+        residuals: prediction minus value at the estimate, 0 where a limit is kept, (n,) [field unit].
     """
 
     parameters: Parameters
@@ -71,6 +72,7 @@ class Assessment:
     solved: NDArray[np.float64]
     solves: int
     level: float
+    residuals: NDArray[np.float64]
 
     @property
     def interval(self) -> NDArray[np.float64]:
@@ -178,6 +180,7 @@ def _assess(
         solved=known,
         solves=used,
         level=level,
+        residuals=z[0] * noise.std,
     )
 
 
