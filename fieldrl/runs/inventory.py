@@ -121,11 +121,11 @@ def _found(folder: Path, output_dir: Path) -> Found:
     experiment, _, key = folder.name.rpartition("-")
     summary = json_of(folder / "summary.json")
     finished = summary.get("finished") and summary.get("key") == key
-    return Found(Run(experiment, key, output_dir), summary if finished else {}, _overrides(folder))
+    return Found(Run(experiment, key, output_dir), summary if finished else {}, overrides_in(folder))
 
 
-def _overrides(folder: Path) -> tuple[str, ...]:
-    """What Hydra kept; nothing where the run has not come that far."""
+def overrides_in(folder: Path) -> tuple[str, ...]:
+    """What a run was asked for with, as Hydra kept it; nothing where it has not come that far."""
     try:
         kept = yaml.safe_load((folder / ".hydra" / "overrides.yaml").read_text()) or ()
     except (OSError, yaml.YAMLError):
