@@ -26,9 +26,8 @@ def environment(seed: int) -> gymnasium.Env:
 
 def returns(act, seeds) -> np.ndarray:
     """The return of an episode for each seed, by what chooses actions, (n,)."""
-    found = []
+    found, world = [], environment(0)
     for seed in seeds:
-        world = environment(seed)
         world.action_space.seed(seed)
         observation, _ = world.reset(seed=seed)
         total, over = 0.0, False

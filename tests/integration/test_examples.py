@@ -72,7 +72,7 @@ def test_the_notebook_runs_and_is_kept_without_outputs():
 
 
 def test_my_flow(example, tmp_path, capsys):
-    example("my_flow").main(tmp_path, cells=(24, 12))
+    example("my_flow").main(tmp_path, cells=(48, 24))
     assert drawn(tmp_path) == ["my_flow"]
     assert "Told by the samples: speed" in capsys.readouterr().out
 
