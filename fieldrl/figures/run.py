@@ -8,7 +8,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths
+from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths, uncertainty
 
 Drawing = Callable[[xr.Dataset], Figure]
 
@@ -37,13 +37,22 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
             "samples": estimates.field_figure,
             "residuals": estimates.residuals_figure,
             "fit": estimates.fit_figure,
-        }
+        } | _regions(record)
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
     chosen |= {
         "path": paths.path_figure,
         "learning_curve": learning.learning_curve_figure,
         "field_error": fields.field_error_figure,
     }
+    if "field_std" in record:
+        chosen["field_std"] = uncertainty.field_std_figure
+    chosen |= _regions(record)
+    if "samples_used" in record:
+        chosen["samples_used"] = uncertainty.samples_used_figure
     if convergence.has_convergence(record):
         chosen["convergence"] = convergence.convergence_figure
     return chosen
+
+
+def _regions(record: xr.Dataset) -> dict[str, Drawing]:
+    return {"regions": uncertainty.regions_figure} if "best_region_above" in record else {}

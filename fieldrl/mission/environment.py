@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import gymnasium
@@ -132,7 +132,7 @@ _PAPER, _FIXED = Paper(), Fixed()
 
 
 class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
-    """One sample a step until the budget is spent; the reward follows from the estimator's errors.
+    """One sample a step until the budget is spent, or enough is known; the reward follows from the errors.
 
     ``info`` carries theta (p,), e_f, e_cv, e_total, position and measured_position (2,), heading, time,
     value, evaluations and converged, the share of the fits that did. The observation is kept in its space,
@@ -149,6 +149,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         observation: what the agent sees.
         scenario: what is true in an episode; a ``reset`` draws it from ``chance`` or, where that is None,
             from the environment's own generator.
+        sure: whether a fit of a problem's samples tells enough for the episode to end; None: never.
     """
 
     metadata = {"render_modes": []}  # noqa: RUF012 - Gymnasium's own declaration
@@ -162,9 +163,10 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         steps: int,
         observation: Observation = _PAPER,
         scenario: Scenario = _FIXED,
+        sure: Callable[[FitProblem, Fit], bool] | None = None,
     ) -> None:
         self.vehicle, self.estimator, self.reward, self.steps = vehicle, estimator, reward, steps
-        self.observation, self.scenario = observation, scenario
+        self.observation, self.scenario, self.sure = observation, scenario, sure
         self.chance: np.random.Generator | None = None
         self._configured = water
         self._become(water)
@@ -208,8 +210,8 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
 
     def step(self, action: np.int64 | int) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Move, sample, fit; raises FieldrlError after the last sample or for an unknown action."""
-        if len(self.samples) >= self.steps:
-            raise FieldrlError("the sample budget is spent: call reset()")
+        if self.over:
+            raise FieldrlError("the sample budget is spent, or enough is known: call reset()")
         if not 0 <= action < len(self.vehicle.actions):
             raise FieldrlError(f"action={action}: must be in 0 .. {len(self.vehicle.actions) - 1}")
         self._move(int(action))
@@ -217,8 +219,9 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         value = self._sample(measured)
         fit, found = self._fit()
         reward = self._reward(fit, found)
-        terminated = len(self.samples) == self.steps
-        return self._observed(measured), reward, terminated, False, self._info(fit, found, value)
+        enough = self.sure is not None and self.sure(self.problem, fit)
+        self.over = enough or len(self.samples) == self.steps
+        return self._observed(measured), reward, self.over, False, self._info(fit, found, value)
 
     def situation(self) -> Situation:
         """What a planning agent decides from; with the truth, for the oracle alone."""
@@ -228,7 +231,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
 
     def _begin(self) -> None:
         self.state, self.time = self.vehicle.initial(), 0.0
-        self.samples, self.previous = Samples.none(), float("nan")
+        self.samples, self.previous, self.over = Samples.none(), float("nan"), False
         self.estimate = self.water.parameters.centre
 
     def _measure(self) -> NDArray[np.float64]:

@@ -149,7 +149,7 @@ def assess(
     return assessed
 
 
-def deviance_of(problem: FitProblem, noise: Noise, solved: NDArray[np.float64]) -> Deviance:
+def _deviance_of(problem: FitProblem, noise: Noise, solved: NDArray[np.float64]) -> Deviance:
     """The deviance of a problem's samples, by its model or by a surrogate of ``solved`` (k, p)."""
     samples = problem.samples
     return Deviance(predictions(problem, solved), samples.values, noise.std, samples.censored)
@@ -166,7 +166,7 @@ def _assess(
 ) -> Assessment:
     """Everything from the solves that there are."""
     parameters = problem.model.parameters
-    deviance = deviance_of(problem, noise, known)
+    deviance = _deviance_of(problem, noise, known)
     u, p = np.clip((theta - parameters.centre) / parameters.half_width, -1.0, 1.0), len(parameters)
     found = places(problem, noise, deviance, u)
     least = float(found.deviances[0])

@@ -59,4 +59,4 @@ def _points(assessed: Assessment) -> tuple[NDArray[np.float64], NDArray[np.float
 def _root(slopes: NDArray, variance: float) -> NDArray[np.float64]:
     """Cholesky factor of the covariance of the points about a solution, (p, p), from J (n, p)."""
     information = slopes.T @ slopes / variance + _PRIOR * np.eye(slopes.shape[1])
-    return _WIDER * np.linalg.cholesky(np.linalg.inv(information))
+    return np.asarray(_WIDER * np.linalg.cholesky(np.linalg.inv(information)), dtype=np.float64)
