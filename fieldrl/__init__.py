@@ -17,7 +17,11 @@ for _name, _experiment in (("Advection", "advection"), ("DoubleGyre", "double_gy
         kwargs={"experiment": _experiment},
     )
 
-_LAZY = {"estimate": "fieldrl.cli.from_python", "Samples": "fieldrl.core.samples"}
+_LAZY = {
+    "estimate": "fieldrl.cli.from_python",
+    "suggest": "fieldrl.cli.from_python",
+    "Samples": "fieldrl.core.samples",
+}
 
 
 def __getattr__(name: str) -> Any:

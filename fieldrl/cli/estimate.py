@@ -44,6 +44,7 @@ def main(arguments: Sequence[str]) -> None:
 
 def estimate_job(arguments: Sequence[str]) -> EstimateJob:
     """The estimate that a command line asks for; raises as ``main``."""
+    arguments, folders = _config_folders(arguments)
     files = [word for word in arguments if "=" not in word or Path(word).exists()]
     overrides = [word for word in arguments if word not in files]
     if len(files) != 1 or files[0].startswith("-"):
@@ -54,15 +55,36 @@ def estimate_job(arguments: Sequence[str]) -> EstimateJob:
     loss = [word for word in overrides if word.startswith(_LOSS)] or [f"{_LOSS}squared"]
     given = [_READER, f"+{loss[-1]}", *(word for word in overrides if not word.startswith(_LOSS))]
     try:
-        config = plain(unresolved(given))
+        config = plain(unresolved([*_searched(folders), *given]))
     except (HydraException, OmegaConfBaseException, ValueError, TypeError, YAMLError) as error:
         if isinstance(error, FieldrlError):
             raise
         raise refused(error, given) from error
     composed = Composed(dict(config), "estimate", tuple(overrides))
     observations, loss = config.pop("observations"), config.pop("loss")
-    command = shlex.join(["fieldrl", "estimate", files[0], *overrides])
+    options = [f"--config-dir={folder}" for folder in folders]
+    command = shlex.join(["fieldrl", "estimate", *options, files[0], *overrides])
     return EstimateJob.of(files[0], config, observations, loss, composed.files(), command)
+
+
+def _config_folders(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """The command line without --config-dir, and its folders."""
+    rest, folders, given = [], [], iter(arguments)
+    for word in given:
+        option, equals, folder = word.partition("=")
+        if option not in ("--config-dir", "-cd"):
+            rest.append(word)
+            continue
+        path = Path(folder if equals else next(given, "")).expanduser()
+        if not path.is_dir() or path == Path():
+            raise FieldrlError(f"--config-dir={path}: there is no such folder")
+        folders.append(str(path.resolve()))
+    return rest, folders
+
+
+def _searched(folders: Sequence[str]) -> list[str]:
+    """What tells Hydra of folders of configuration."""
+    return [f"hydra.searchpath=[{','.join(map(repr, folders))}]"] if folders else []
 
 
 def _experiment(file: str, overrides: Sequence[str]) -> list[str]:

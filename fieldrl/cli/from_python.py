@@ -1,4 +1,4 @@
-"""``fieldrl.estimate``: the unknowns of a model from samples, in a line of Python."""
+"""``fieldrl.estimate`` and ``fieldrl.suggest``: from samples to unknowns, and to the next samples."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from fieldrl.mission.believed import Loss
 from fieldrl.mission.environment import Estimator
 from fieldrl.mission.from_samples import Estimate
 from fieldrl.mission.from_samples import estimate as concluded
+from fieldrl.mission.suggestion import Suggestion
+from fieldrl.mission.suggestion import suggest as next_samples
 from fieldrl.observations.sample_file import SampleFile
 from fieldrl.observations.usable import usable
 
@@ -48,6 +50,24 @@ def estimate(
     found = reader.read(samples) if isinstance(samples, str | Path) else reader.of(samples)
     used = usable(found, forward)
     return replace(concluded(used.samples, forward, estimator, loss), left_out=used.dropped)
+
+
+def suggest(found: Estimate, count: int = 5, **settings: Any) -> Suggestion:
+    """Where to sample next: the samples that are expected to tell most of the unknowns of an estimate.
+
+    Args:
+        found: what ``estimate`` gave.
+        count: how many samples.
+        settings: times, places, reach, apart of ``fieldrl.mission.suggestion.suggest``.
+
+    Returns:
+        Positions, times, expected values and gains, the best first, and the standard deviations after each;
+        printing it gives the table, ``fieldrl.figures.suggestions.suggestion_figure`` the picture.
+
+    Raises:
+        FieldrlError: a setting is refused.
+    """
+    return next_samples(found.record, found.model, count, **settings)
 
 
 def _own(model: Any) -> tuple[ForwardModel, Any]:

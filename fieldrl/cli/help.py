@@ -10,6 +10,10 @@ VERBS: dict[str, tuple[str, str]] = {
     "report": ("report RUN ...", "a page about a run, several runs, or a sweep"),
     "clean": ("clean [RUN ...]", "remove unfinished runs, or those named; asks first"),
     "estimate": ("estimate FILE experiment=NAME [KEY=VALUE ...]", "fit the unknowns to samples in a file"),
+    "suggest": (
+        "suggest FILE experiment=NAME [KEY=VALUE ...]",
+        "where to sample next, after such an estimate",
+    ),
 }
 """How each verb is used, and what it does: what follows ``fieldrl`` of its line in the help."""
 

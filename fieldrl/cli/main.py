@@ -16,6 +16,7 @@ VERBS: dict[str, str] = {
     "report": "fieldrl.cli.pages:main",
     "clean": "fieldrl.cli.on_disk:clean",
     "estimate": "fieldrl.cli.estimate:main",
+    "suggest": "fieldrl.cli.suggest:main",
 }
 """The module and function behind each verb: it is given what follows the verb, and raises its errors."""
 

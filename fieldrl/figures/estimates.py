@@ -35,40 +35,6 @@ def field_figure(record: xr.Dataset) -> Figure:
     return drawing
 
 
-def residuals_figure(record: xr.Dataset) -> Figure:
-    """Prediction minus value along time, of the fit and of the fits without each sample.
-
-    Args:
-        record: of an estimate.
-    """
-    samples, noise = _samples(record), float(record.attrs["noise"])
-    drawing = style.figure(style.PAGE, 2.4)
-    (axes,) = style.panels(drawing, 1)
-    style.open_frame(axes)
-    time = samples["time"].values
-    if np.isfinite(noise):
-        axes.axhspan(
-            -2 * noise, 2 * noise, color="0.92", zorder=0, label="two standard deviations of the noise"
-        )
-    axes.axhline(0.0, color=style.INK, linewidth=0.6, zorder=1)
-    look = {"linestyle": "none", "markersize": 3.0, "markeredgewidth": 0.6}
-    axes.plot(
-        time,
-        samples["residual_left_out"],
-        "o",
-        color=style.VERMILLION,
-        fillstyle="none",
-        label="left out",
-        **look,
-    )
-    axes.plot(time, samples["residual"], "o", color=style.INK, label="fitted", **look)
-    unit = record.attrs.get("field_unit", "field unit")
-    time_unit = record.attrs.get("time_unit", "time")
-    style.label(axes, style.quantity("Time", time_unit), style.quantity("Prediction \u2212 value", unit))
-    style.legend_across(drawing, axes)
-    return drawing
-
-
 def fit_figure(record: xr.Dataset) -> Figure:
     """Prediction against value, with the line where they are equal.
 

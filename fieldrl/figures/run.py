@@ -8,7 +8,17 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths, uncertainty
+from fieldrl.figures import (
+    convergence,
+    course,
+    estimates,
+    fields,
+    files,
+    learning,
+    paths,
+    residuals,
+    uncertainty,
+)
 
 Drawing = Callable[[xr.Dataset], Figure]
 
@@ -21,7 +31,8 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
         folder: where to.
 
     Returns:
-        The PNG files: course, path, learning curve, field error and, where the fits left traces, convergence.
+        The PNG files: course, path, learning curve, field error, residuals and, where the fits left traces,
+        convergence.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -35,7 +46,7 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     if estimates.is_estimate(record):
         return {
             "samples": estimates.field_figure,
-            "residuals": estimates.residuals_figure,
+            "residuals": residuals.estimate_residuals_figure,
             "fit": estimates.fit_figure,
         } | _regions(record)
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
@@ -49,6 +60,8 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     chosen |= _regions(record)
     if "samples_used" in record:
         chosen["samples_used"] = uncertainty.samples_used_figure
+    if residuals.has_residuals(record):
+        chosen["residuals"] = residuals.mission_residuals_figure
     if convergence.has_convergence(record):
         chosen["convergence"] = convergence.convergence_figure
     return chosen

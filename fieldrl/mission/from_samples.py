@@ -23,6 +23,7 @@ from fieldrl.mission.environment import Estimator
 from fieldrl.mission.record import EpisodeLog, described
 from fieldrl.mission.trusted import SOLVES, trust_variables
 from fieldrl.uncertainty import Assessment, Noise, assess, noise_of, verdict
+from fieldrl.uncertainty.design import information_of
 
 _CELLS = 100  # of the field's grid along the longer side, where the model has none
 _LISTED = 8  # outliers that are named
@@ -109,6 +110,11 @@ class Estimate:
             said.append(f"{what}; do model, units and origin fit, and is no value far off (loss=student_t)?")
         return said
 
+    @property
+    def record(self) -> xr.Dataset:
+        """What figures and files are made of, see ``estimate_record``."""
+        return estimate_record(self)
+
     def field(self, time: float, grid: Grid) -> NDArray[np.float64]:
         """The estimated field, (nx, ny) [field unit]."""
         return self.model.field(self.theta, time, grid)
@@ -185,7 +191,7 @@ def estimate_record(found: Estimate) -> xr.Dataset:
     grid, time = _grid(found.model, samples), float(samples.times.max())
     record = record.assign(_of_samples(found) | _of_the_estimate(found, grid, time))
     record = record.expand_dims("replicate")
-    domain, noise = _domain(found.model, samples), found.noise
+    domain, noise = domain_of(found.model, samples), found.noise
     unknown = np.full((grid.x.size, grid.y.size), np.nan)
     start = samples.positions[np.argmin(samples.times)]
     record = described(record, found.model.parameters, grid, unknown, start, domain, noise)
@@ -231,6 +237,10 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
             ("x", "y"), _field(found, time, grid),
             {"units": "field unit", "long_name": "estimated field at the final time"},
         ),
+        "information": (
+            ("parameter", "with_parameter"), information_of(found.assessment.axes),
+            {"units": "1", "long_name": "Fisher information of the unknowns in half-widths of their bounds"},
+        ),
         "verdict": ((), found.verdict, {"units": "1", "long_name": "what all samples tell, in words"}),
     }  # fmt: skip
     for name, text in (("pooled", "all samples' estimate"), ("best", "all samples' estimate")):
@@ -247,7 +257,7 @@ def _field(found: Estimate, time: float, grid: Grid) -> NDArray[np.float64]:
     return values.reshape(grid.x.size, grid.y.size)
 
 
-def _domain(model: Any, samples: Samples) -> Domain:
+def domain_of(model: Any, samples: Samples) -> Domain:
     """The model's, else a rectangle around the samples."""
     if hasattr(model, "domain"):
         return model.domain
@@ -260,7 +270,7 @@ def _grid(model: Any, samples: Samples) -> Grid:
     """The model's own, else about a hundred cells along the longer side of the domain."""
     if hasattr(model, "grid"):
         return model.grid
-    domain = _domain(model, samples)
+    domain = domain_of(model, samples)
     size = np.subtract(domain.upper, domain.lower)
     nx, ny = np.maximum(1, np.round(_CELLS * size / size.max())).astype(int)
     return domain.grid(int(nx), int(ny))

@@ -49,7 +49,9 @@ def assessed(
     """
     taken = np.isfinite(values["time"])
     every, paths = samples_of(values, taken), np.nonzero(taken)[0]
-    found, told, solves, elsewhere = {}, "", SOLVES, None
+    residual = np.full(taken.shape, np.nan)
+    found: dict[str, Any] = {"pooled_residual": _residual(residual)}
+    told, solves, elsewhere = "", SOLVES, None
     one = values["theta"][best, -1]
     for name, text, samples, theta, path in (
         ("pooled", "all samples' estimate", every, pooled, paths),
@@ -74,6 +76,8 @@ def assessed(
             found |= field_variables(std)
         if mission.posterior is not None and (name == "pooled" or "posterior" not in found):
             found |= _posterior(mission.posterior, result, text, seed)
+        if name == "pooled":
+            residual[taken] = result.residuals
     found["verdict"] = (), told, {"units": "1", "long_name": "what all samples tell, in words"}
     return found
 
@@ -153,6 +157,11 @@ def _variables(name: str, text: str, std: NDArray, interval: NDArray, identified
         f"{name}_interval": (("parameter", "end"), interval, told["interval"]),
         f"{name}_identified": (("parameter",), identified.astype(np.int8), whether),
     }
+
+
+def _residual(residual: NDArray) -> tuple[tuple[str, str], NDArray, dict[str, str]]:
+    text = "prediction minus value at the estimate from all samples"
+    return ("episode", "step"), residual, {"units": "field unit", "long_name": text}
 
 
 def samples_of(values: dict[str, NDArray], at: Any) -> Samples:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from fieldrl.observations.table import Column, Unreadable
 from fieldrl.observations.units import DEGREES
@@ -26,13 +26,19 @@ _STANDARD: dict[str, tuple[str, ...]] = {
 }
 
 
-def chosen(columns: Mapping[str, Column], given: Mapping[str, str | None], source: str) -> dict[str, str]:
-    """The key of the column that has each role; std and censored may be missing.
+def chosen(
+    columns: Mapping[str, Column],
+    given: Mapping[str, str | None],
+    source: str,
+    needed: Sequence[str] = NEEDED,
+) -> dict[str, str]:
+    """The key of the column that has each role; those that are not needed may be missing.
 
     Args:
         columns: of the table, by key.
         given: name of a column by role, None where it is to be found.
         source: the file, for messages.
+        needed: roles.
 
     Raises:
         Unreadable: a named column is not there, or a needed one is not found.
@@ -41,16 +47,16 @@ def chosen(columns: Mapping[str, Column], given: Mapping[str, str | None], sourc
     for role in ROLES:
         name = given.get(role)
         key = _named(columns, name) if name else _found(columns, role)
-        if name and key is None:
+        if name and key is None and (role in needed or needed == NEEDED):
             raise Unreadable(
                 source, f"observations.columns.{role}={name}: no such column{_those(columns, name)}"
             )
         if key is not None:
             found[role] = key
-        elif role in NEEDED:
+        elif role in needed:
             way_out = f"; say which it is: observations.columns.{role}=NAME"
             if any(_is_number(column.name) for column in columns.values()):
-                way_out = "; the first line must name the columns: time,x,y,value"
+                way_out = f"; the first line must name the columns: {','.join(needed)}"
             raise Unreadable(source, f"no column {role}{_those(columns, role)}{way_out}")
     return found
 

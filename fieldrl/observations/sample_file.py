@@ -7,7 +7,7 @@ what was understood of the file is told in notes.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,8 @@ class Reading:
         rows: how many there were.
         dropped: how many rows were left out, by reason.
         notes: what was understood, a line each.
+        time_zero: the date and time that is the model's time 0, where the file has dates; else "".
+        degrees: whether the file has longitudes and latitudes.
     """
 
     source: str
@@ -49,15 +51,15 @@ class Reading:
     rows: int
     dropped: dict[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    time_zero: str = ""
+    degrees: bool = False
 
     def less(self, keep: NDArray[np.bool_], reason: str) -> Reading:
         """Without the samples that are not to be kept (n,), counted under a reason."""
         count = int(np.count_nonzero(~keep))
         if not count:
             return self
-        return Reading(
-            self.source, self.samples.where(keep), self.rows, {**self.dropped, reason: count}, self.notes
-        )
+        return replace(self, samples=self.samples.where(keep), dropped={**self.dropped, reason: count})
 
 
 @component
@@ -144,8 +146,8 @@ class SampleFile:
         chosen = columns.chosen(rows.columns, self.columns, rows.source)
         if not len(rows):
             raise Unreadable(rows.source, "has no rows below the names of its columns")
-        time, notes = self._times(rows, chosen["time"])
-        positions, said = self._positions(rows, chosen)
+        time, start = self._times(rows, chosen["time"])
+        positions, degrees = self._positions(rows, chosen)
         values, censored, std = self._values(rows, chosen)
         _check_size(rows.source, time=time, x=positions[:, 0], y=positions[:, 1], value=values)
         complete = np.isfinite(time) & np.isfinite(positions).all(axis=1) & np.isfinite(values)
@@ -153,8 +155,44 @@ class SampleFile:
             complete &= np.isfinite(std)
             std = np.where(complete, std, 1.0)
         everything = Samples.of(positions, time, values, std, censored)
-        reading = Reading(rows.source, everything, len(rows), {}, (*notes, *said)).less(complete, INCOMPLETE)
-        return self._reduced(_in_order(reading))
+        notes = self._notes(start, degrees)
+        reading = Reading(rows.source, everything, len(rows), {}, notes, start, degrees)
+        return self._reduced(_in_order(reading.less(complete, INCOMPLETE)))
+
+    def _notes(self, start: str, degrees: bool) -> tuple[str, ...]:
+        """What was understood of dates, longitudes and latitudes."""
+        first = f"time 0 is the first sample's, {start} UTC (observations.start)"
+        plane = "east and north of observations.origin by the equirectangular projection"
+        return (*([first] if start and not self.start else []), *([plane] if degrees else []))
+
+    def places(self, path: str | Path) -> NDArray[np.float64]:
+        """The positions in a text file with columns for x and y, in the units of the model, (c, 2).
+
+        Raises:
+            Unreadable: what is wrong with the file.
+        """
+        path = Path(path).expanduser()
+        if not path.is_file():
+            raise Unreadable(str(path), "there is no such file")
+        rows = delimited.read(path, self.encoding)
+        positions, _ = self._positions(
+            rows, columns.chosen(rows.columns, self.columns, str(path), ("x", "y"))
+        )
+        if not len(positions) or not np.isfinite(positions).all():
+            raise Unreadable(str(path), "must hold a number for x and y in every row, and at least one row")
+        return positions
+
+    def degrees_of(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Longitudes and latitudes of positions of the model (n, 2), (n, 2) [degree]."""
+        length = self.units.get("length")
+        metres = positions * units.amount("units.length", length, units.LENGTHS) if length else positions
+        origin = self.origin or (0.0, 0.0)
+        return units.sphere(metres, (float(origin[0]), float(origin[1])))
+
+    def seconds_of(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Times of the model (n,) in seconds since its time 0, (n,)."""
+        time = self.units.get("time")
+        return times * units.amount("units.time", time, units.TIMES) if time else times
 
     def _netcdf(self, path: Path) -> Reading:
         with gridded.opened(path) as data:
@@ -187,26 +225,22 @@ class SampleFile:
             return Samples.of(samples.positions, samples.times, values, std, below)
         return Samples.of(samples.positions, samples.times, samples.values, std, below)
 
-    def _times(self, rows: Table, key: str) -> tuple[NDArray[np.float64], list[str]]:
-        """Times of the model, NaN where there are none, and what was understood."""
+    def _times(self, rows: Table, key: str) -> tuple[NDArray[np.float64], str]:
+        """Times of the model, NaN where there are none, and the date of its time 0 where it has one."""
         unit, source = rows.columns[key].unit, rows.source
         found = numbers.dates(rows.frame[key], self.time_format, source)
         if found is None:
             time = numbers.numbers(rows.frame[key], "time", self.decimal, source)
-            return time * self._factor("time", unit, source), []
+            return time * self._factor("time", unit, source), ""
         known = found[~np.isnat(found)]
         first = known.min() if known.size else np.datetime64("1970-01-01")
         start = first if self.start is None else _moment(self.start)
         seconds = (found - start) / np.timedelta64(1, "ns") * 1e-9
-        note = (
-            []
-            if self.start
-            else [f"time 0 is the first sample's, {str(first)[:19]} UTC (observations.start)"]
-        )
-        return np.where(np.isnat(found), np.nan, seconds) * self._factor("time", "s", source), note
+        elapsed = np.where(np.isnat(found), np.nan, seconds) * self._factor("time", "s", source)
+        return elapsed, str(start)[:19]
 
-    def _positions(self, rows: Table, chosen: Mapping[str, str]) -> tuple[NDArray[np.float64], list[str]]:
-        """Positions of the model (n, 2), NaN where there are none, and what was understood."""
+    def _positions(self, rows: Table, chosen: Mapping[str, str]) -> tuple[NDArray[np.float64], bool]:
+        """Positions of the model (n, 2), NaN where there are none, and whether they were in degrees."""
         x, y = (numbers.numbers(rows.frame[chosen[axis]], axis, self.decimal, rows.source) for axis in "xy")
         said = [rows.columns[chosen[axis]] for axis in "xy"]
         degrees = [columns.in_degrees(column) for column in said]
@@ -222,10 +256,10 @@ class SampleFile:
                 )
             east, north = units.plane(x, y, (float(self.origin[0]), float(self.origin[1])))
             positions = np.column_stack([east, north]) * self._factor("length", "m", rows.source)
-            return positions, ["east and north of observations.origin by the equirectangular projection"]
+            return positions, True
         origin = self.origin or (0.0, 0.0)
         scale = [self._factor("length", column.unit, rows.source) for column in said]
-        return np.column_stack([(x - origin[0]) * scale[0], (y - origin[1]) * scale[1]]), []
+        return np.column_stack([(x - origin[0]) * scale[0], (y - origin[1]) * scale[1]]), False
 
     def _values(
         self, rows: Table, chosen: Mapping[str, str]
@@ -303,7 +337,7 @@ def _in_order(reading: Reading) -> Reading:
     late = int(np.count_nonzero(np.diff(times) < 0))
     note = f"put in order of time ({late} row{'s' if late > 1 else ''} came before an earlier one)"
     samples = reading.samples.where(np.argsort(times, kind="stable"))
-    return Reading(reading.source, samples, reading.rows, reading.dropped, (*reading.notes, note))
+    return replace(reading, samples=samples, notes=(*reading.notes, note))
 
 
 def _texts(key: str, given: Mapping[str, Any], known: tuple[str, ...]) -> None:

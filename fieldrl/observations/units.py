@@ -66,3 +66,10 @@ def plane(
     turn = np.mod(longitude - origin[0] + 180.0, 360.0) - 180.0
     east = EARTH * np.cos(np.deg2rad(origin[1])) * np.deg2rad(turn)
     return east, EARTH * np.deg2rad(latitude - origin[1])
+
+
+def sphere(metres: NDArray[np.float64], origin: tuple[float, float]) -> NDArray[np.float64]:
+    """Longitude and latitude, (n, 2), of places (n, 2) east and north of ``origin`` [m]: ``plane`` undone."""
+    east, north = metres.T / EARTH
+    longitude = origin[0] + np.rad2deg(east) / np.cos(np.deg2rad(origin[1]))
+    return np.column_stack([longitude, origin[1] + np.rad2deg(north)])

@@ -129,7 +129,8 @@ def _compute(given: EstimateJob, display: Display) -> dict[str, Any]:
     noise = {"noise": found.noise, "noise_stated": found.noise_stated, "outliers": list(found.outliers)}
     expected = {"late_e_total": [found.errors.e_total], "greedy": []}
     summary = head | summarise(record) | expected | noise
-    summary |= {"samples": used | {"notes": list(reading.notes)}, "seconds": round(time.time() - started, 3)}
+    used |= {"notes": list(reading.notes), "time_zero": reading.time_zero, "degrees": reading.degrees}
+    summary |= {"samples": used, "seconds": round(time.time() - started, 3)}
     summary = _finite(summary) | {"record": run.record_digest()}
     told, changed = given.told(), title.changes(job.overrides)
     run.write(

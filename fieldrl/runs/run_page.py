@@ -46,7 +46,10 @@ _FIGURES = {
         "The samples",
         "Where they were taken, over the estimated field at the time of the last one.",
     ),
-    "residuals": ("Residuals", "Prediction minus value: of the fit, and of the fits without each sample."),
+    "residuals": (
+        "Residuals",
+        "Prediction minus value along time, against the noise: where the model is right they scatter evenly.",
+    ),
     "fit": ("The fit", "Prediction against value."),
 }
 """Heading and caption of each picture, in the order of the page."""

@@ -55,6 +55,7 @@ class Assessment:
         level: of the intervals.
         deviance: D, by the model or by a surrogate of what was solved.
         stated: the noise as it was stated.
+        residuals: prediction minus value at the estimate, 0 where a limit is kept, (n,) [field unit].
     """
 
     parameters: Parameters
@@ -73,6 +74,7 @@ class Assessment:
     solved: NDArray[np.float64]
     solves: int
     level: float
+    residuals: NDArray[np.float64]
     deviance: Deviance
     stated: Noise
 
@@ -194,6 +196,7 @@ def _assess(
         level=level,
         deviance=deviance,
         stated=noise,
+        residuals=z[0] * noise.std,
     )
 
 

@@ -103,3 +103,46 @@ def test_what_is_refused_is_told_in_three_lines_and_leaves_nothing(samples, caps
     assert said in text
     assert len(text.strip().splitlines()) <= 3
     assert not (samples.parent / "outputs" / "runs").exists()
+
+
+def test_a_model_from_a_folder_of_ones_own_is_estimated(samples, monkeypatch, capsys):
+    folder = samples.parent / "my_conf" / "pde"
+    folder.mkdir(parents=True)
+    (folder / "mine.yaml").write_text(
+        "_target_: plume_of_a_test.Plume\nspread: 28.284271247461902\n",
+    )
+    (samples.parent / "plume_of_a_test.py").write_text(_PLUME)
+    monkeypatch.setenv("FIELDRL_PACKAGES", "plume_of_a_test")
+    monkeypatch.syspath_prepend(samples.parent)
+    given = ("estimator=least_squares", "pde=mine", "tracking=none")
+    assert main(["estimate", "--config-dir", "my_conf", str(samples), *given]) == 0
+    (own,) = (samples.parent / "outputs" / "runs").iterdir()
+    summary = json.loads((own / "summary.json").read_text())["parameters"]
+    for name, true in zip(("u", "v"), THETA, strict=True):
+        assert abs(summary[name]["estimate"] - true) < 4 * summary[name]["std"] < 0.5
+    assert "--config-dir=" in (own / "report.html").read_text()
+    capsys.readouterr()
+    assert main(["estimate", "--config-dir=nowhere", str(samples), *given]) == 1
+    assert capsys.readouterr().err == "--config-dir=nowhere: there is no such folder\n"
+
+
+_PLUME = '''
+import numpy as np
+from fieldrl.core.kinds import component
+from fieldrl.core.parameters import Parameters
+
+
+@component
+class Plume:
+    """A Gaussian feature that drifts."""
+
+    spread: float = 40.0
+
+    @property
+    def parameters(self):
+        return Parameters(("u", "v"), ("length/time",) * 2, (-15.0, -15.0), (15.0, 15.0))
+
+    def predict(self, theta, positions, times):
+        away = positions - 50.0 - np.asarray(theta)[:, None, :] * times[:, None]
+        return 100.0 * np.exp(-0.5 * np.sum(away**2, axis=-1) / self.spread**2)
+'''

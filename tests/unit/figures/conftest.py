@@ -49,6 +49,7 @@ def build(
             "position": ((*each, "axis"), _walk(rng, shape, upper), {"units": "length"}),
             "time": (each, np.broadcast_to(np.arange(1.0, steps + 1), shape).copy(), {"units": "time"}),
             "e_total": (each, e_total, {"units": "field unit^2"}),
+            "pooled_residual": (each, rng.normal(0, 1, shape), {"units": "field unit"}),
             "return": (("replicate", "episode"), 20 - e_total.sum(-1) / 10, {"units": "1"}),
             "best_episode": (("replicate",), e_total[:, :, -1].argmin(axis=1)),
             "start": (("axis",), np.array([20.0, 20.0]), {"units": "length"}),

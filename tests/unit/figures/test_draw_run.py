@@ -8,7 +8,7 @@ from matplotlib.image import imread
 
 from fieldrl.figures import draw_run, files, style
 
-NAMES = ["course.png", "path.png", "learning_curve.png", "field_error.png"]
+NAMES = ["course.png", "path.png", "learning_curve.png", "field_error.png", "residuals.png"]
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def coarse(monkeypatch):
     monkeypatch.setattr(style, "DPI", 40)
 
 
-def test_a_run_leaves_four_pictures(make_record, tmp_path):
+def test_a_run_leaves_five_pictures(make_record, tmp_path):
     pictures = draw_run(make_record(), tmp_path / "figures")
 
     assert [picture.name for picture in pictures] == NAMES
@@ -89,7 +89,7 @@ def test_drawing_does_not_change_the_record(make_record, tmp_path):
 def test_runs_of_every_shape_are_drawn(make_record, tmp_path, coarse, replicates, episodes, upper):
     record = make_record(replicates=replicates, episodes=episodes, steps=3, upper=upper)
 
-    assert len(draw_run(record, tmp_path)) == 4
+    assert len(draw_run(record, tmp_path)) == len(NAMES)
 
 
 def test_a_run_whose_fits_all_failed_is_drawn(make_record, tmp_path):
@@ -98,7 +98,7 @@ def test_a_run_whose_fits_all_failed_is_drawn(make_record, tmp_path):
     record["return"][:] = np.nan
     record["field_estimate"][:] = np.nan
 
-    assert len(draw_run(record, tmp_path)) == 4
+    assert len(draw_run(record, tmp_path)) == len(NAMES)
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):

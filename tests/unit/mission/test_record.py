@@ -25,6 +25,7 @@ DIMENSIONS = {
     "evaluation_theta": ("replicate", "evaluation_episode", "step", "parameter"),
     "evaluation_return": ("replicate", "evaluation_episode"),
     "pooled": ("replicate", "parameter"),
+    "pooled_residual": STEPS,
     "best_episode": ("replicate",),
     "field_true": ("x", "y"),
     "field_estimate": ("replicate", "x", "y"),
@@ -54,6 +55,15 @@ def test_every_variable_says_its_unit_and_what_it_is(record):
     silent = [name for name in [*record.data_vars, "x", "y"] if not record[name].attrs.get("units")]
     unnamed = [name for name in [*record.data_vars, "x", "y"] if not record[name].attrs.get("long_name")]
     assert (silent, unnamed) == ([], [])
+
+
+def test_residuals_are_those_of_the_estimate_from_all_samples(run, record):
+    for _, part in record.groupby("replicate"):
+        part = part.squeeze("replicate")
+        positions, times = part["measured_position"].values.reshape(-1, 2), part["time"].values.ravel()
+        predicted = run.water.predict(part["pooled"].values[None], positions, times)[0]
+        expected = (predicted - part["value"].values.ravel()).reshape(part["value"].shape)
+        np.testing.assert_allclose(part["pooled_residual"].values, expected, atol=1e-9)
 
 
 def test_the_share_of_fits_that_converged_is_kept_and_summed_up(record):
