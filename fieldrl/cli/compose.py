@@ -49,16 +49,19 @@ def recorded(experiment: str, overrides: Sequence[str] = ()) -> tuple[xr.Dataset
     return xr.load_dataset(job.run.folder / "record.nc", engine="h5netcdf"), summary
 
 
-def make_environment(experiment: str, overrides: Sequence[str] = ()) -> FieldSampling:
+def make_environment(
+    experiment: str, overrides: Sequence[str] = (), render_mode: str | None = None
+) -> FieldSampling:
     """What ``gymnasium.make("fieldrl/Advection-v0")`` builds.
 
     Args:
         experiment: an option of the group ``experiment``.
         overrides: as on the command line, e.g. ``["vehicle.max_speed=5", "estimator.starts=1"]``.
+        render_mode: "rgb_array", "human" or None.
     """
     from fieldrl.runs.components import mission
 
-    return mission(composed([f"experiment={experiment}", *overrides])).environment()
+    return mission(composed([f"experiment={experiment}", *overrides])).environment(render_mode)
 
 
 def unresolved(overrides: Sequence[str]) -> DictConfig:

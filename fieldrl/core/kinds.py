@@ -32,7 +32,11 @@ from fieldrl.core.checks import MOST, InvalidValue, finite
 
 LARGEST = 1e15  # of a number: its squares and their products stay finite
 
-OR_NULL = "or null"  # in Annotated: None may be given too, which ``__post_init__`` makes what is declared
+OR_NULL = "or null"
+"""In Annotated: None may be given too, which ``__post_init__`` makes what is declared.
+
+So may what has less than is declared: ``Annotated[Water, Model]``, with a Protocol in the same place.
+"""
 
 _VALUES = (float, int, bool, str)
 _WORDS: dict[Any, tuple[str, str]] = {
@@ -97,7 +101,8 @@ def fits(value: Any, hint: Any) -> bool:
         return isinstance(value, bool | np.bool_)
     origin, inner = get_origin(hint), get_args(hint)
     if origin is Annotated:
-        return (value is None and OR_NULL in inner) or fits(value, inner[0])
+        less = any(_is_protocol(one) and fits(value, one) for one in inner[1:])
+        return less or (value is None and OR_NULL in inner) or fits(value, inner[0])
     if origin in (Union, types.UnionType):
         return any(fits(value, choice) for choice in inner)
     if origin is Sequence:
@@ -141,7 +146,10 @@ def _numbers(value: Any) -> Iterator[Any]:
 
 def _choices(hint: Any) -> tuple[Any, ...]:
     if get_origin(hint) is Annotated:
-        return get_args(hint)[0], types.NoneType
+        return tuple(one for one in get_args(hint) if _is_protocol(one))[1:] or (
+            get_args(hint)[0],
+            types.NoneType,
+        )
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
 
 

@@ -11,6 +11,11 @@ from matplotlib.figure import Figure
 from fieldrl.figures import curves, maps, style
 
 
+def has_field(record: xr.Dataset) -> bool:
+    """Whether the record holds a field, true or estimated; a model of one's own may have none."""
+    return any(np.isfinite(record[name]).any() for name in ("field_estimate", "field_true"))
+
+
 def field_error_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
     """True field, the best episode's estimate and their difference, at the final time.
 

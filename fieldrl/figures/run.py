@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -31,11 +32,13 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
         folder: where to.
 
     Returns:
-        The PNG files: course, path, learning curve, field error, residuals and, where the fits left traces,
-        convergence.
+        The PNG files: path, learning curve, residuals, course and field error where the model has a field,
+        convergence where the fits left traces.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    if not fields.has_field(record):
+        warnings.warn("the model has no field: pictures of it are left out", stacklevel=2)
     return [
         files.save(draw(record), folder / f"{name}.png", record) for name, draw in drawings(record).items()
     ]
@@ -44,18 +47,20 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
 def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     """The drawing function of every picture that this record has the data for, by file name."""
     if estimates.is_estimate(record):
-        return {
-            "samples": estimates.field_figure,
-            "residuals": residuals.estimate_residuals_figure,
-            "fit": estimates.fit_figure,
-        } | _regions(record)
+        chosen = {"samples": estimates.field_figure} if fields.has_field(record) else {}
+        return (
+            chosen
+            | {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
+            | _regions(record)
+        )
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
     chosen |= {
         "path": paths.path_figure,
         "learning_curve": learning.learning_curve_figure,
-        "field_error": fields.field_error_figure,
     }
-    if "field_std" in record:
+    if fields.has_field(record):
+        chosen["field_error"] = fields.field_error_figure
+    if "field_std" in record and fields.has_field(record):
         chosen["field_std"] = uncertainty.field_std_figure
     chosen |= _regions(record)
     if "samples_used" in record:

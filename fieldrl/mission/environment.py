@@ -19,11 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.agent.situation import Situation
-from fieldrl.core.checks import FieldrlError
+from fieldrl.core.checks import FieldrlError, one_of
 from fieldrl.core.domain import Domain, Grid
 from fieldrl.core.parameters import Parameters
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.problem import Errors, Fit, FitProblem, ForwardModel, errors
+from fieldrl.mission import rendering
 from fieldrl.observation.knowledge import Known, Observation
 from fieldrl.observation.paper import Paper
 from fieldrl.reward.outcome import Outcome, Reward
@@ -129,6 +130,7 @@ def flow_parameters(model: Any, theta: NDArray[np.float64]) -> NDArray[np.float6
 
 
 _PAPER, _FIXED = Paper(), Fixed()
+_MODES = ("rgb_array", "human")
 
 
 class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
@@ -150,9 +152,11 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         scenario: what is true in an episode; a ``reset`` draws it from ``chance`` or, where that is None,
             from the environment's own generator.
         sure: whether a fit of a problem's samples tells enough for the episode to end; None: never.
+        render_mode: "rgb_array": ``render`` gives a picture (see ``rendering``); "human": each step is shown
+            in a window; None: neither.
     """
 
-    metadata = {"render_modes": []}  # noqa: RUF012 - Gymnasium's own declaration
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 4}  # noqa: RUF012 - Gymnasium's own
 
     def __init__(
         self,
@@ -164,7 +168,10 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         observation: Observation = _PAPER,
         scenario: Scenario = _FIXED,
         sure: Callable[[FitProblem, Fit], bool] | None = None,
+        render_mode: str | None = None,
     ) -> None:
+        self.render_mode = None if render_mode is None else one_of("render_mode", render_mode, _MODES)
+        self.window: rendering.Window | None = None
         self.vehicle, self.estimator, self.reward, self.steps = vehicle, estimator, reward, steps
         self.observation, self.scenario, self.sure = observation, scenario, sure
         self.chance: np.random.Generator | None = None
@@ -206,7 +213,9 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         if self.scenario.varies:
             self._become(self.scenario.draw(self._configured, self.chance or self.np_random))
         self._begin()
-        return self._observed(self._measure()), {}
+        seen = self._observed(self._measure())
+        self._show()
+        return seen, {}
 
     def step(self, action: np.int64 | int) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Move, sample, fit; raises FieldrlError after the last sample or for an unknown action."""
@@ -221,7 +230,29 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         reward = self._reward(fit, found)
         enough = self.sure is not None and self.sure(self.problem, fit)
         self.over = enough or len(self.samples) == self.steps
+        self._show()
         return self._observed(measured), reward, self.over, False, self._info(fit, found, value)
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """The picture, with ``render_mode="rgb_array"``; else None."""
+        return self._picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the window, where there is one."""
+        if self.window is not None:
+            self.window.close()
+            self.window = None
+
+    def _show(self) -> None:
+        if self.render_mode == "human":
+            self.window = self.window or rendering.Window()
+            self.window.show(self._picture())
+
+    def _picture(self) -> NDArray[np.uint8]:
+        def field(grid: Grid) -> NDArray[np.float64]:
+            return self.truth.field(self.theta, self.time, grid)
+
+        return rendering.picture(self.water.domain, field, self.samples.positions, self.state)
 
     def situation(self) -> Situation:
         """What a planning agent decides from; with the truth, for the oracle alone."""

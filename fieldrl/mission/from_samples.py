@@ -22,10 +22,10 @@ from fieldrl.mission.believed import Loss, believed, plain_squares
 from fieldrl.mission.environment import Estimator
 from fieldrl.mission.record import EpisodeLog, described
 from fieldrl.mission.trusted import SOLVES, trust_variables
+from fieldrl.mission.world import even_grid, field_of
 from fieldrl.uncertainty import Assessment, Noise, assess, noise_of, verdict
 from fieldrl.uncertainty.design import information_of
 
-_CELLS = 100  # of the field's grid along the longer side, where the model has none
 _LISTED = 8  # outliers that are named
 _MARGIN = 0.1  # of the samples' extent around them, where the model has no domain
 
@@ -116,8 +116,8 @@ class Estimate:
         return estimate_record(self)
 
     def field(self, time: float, grid: Grid) -> NDArray[np.float64]:
-        """The estimated field, (nx, ny) [field unit]."""
-        return self.model.field(self.theta, time, grid)
+        """The estimated field, (nx, ny) [field unit]; by predictions where the model gives no fields."""
+        return field_of(self.model, self.theta, time, grid)
 
     def __str__(self) -> str:
         units = self.model.parameters.units
@@ -234,7 +234,7 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
             {"units": "1", "long_name": "forward evaluations of an episode's fits"},
         ),
         "field_estimate": (
-            ("x", "y"), _field(found, time, grid),
+            ("x", "y"), found.field(time, grid),
             {"units": "field unit", "long_name": "estimated field at the final time"},
         ),
         "information": (
@@ -248,15 +248,6 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
     return variables
 
 
-def _field(found: Estimate, time: float, grid: Grid) -> NDArray[np.float64]:
-    """The estimated field; by predictions where the model gives no fields, (nx, ny)."""
-    if hasattr(found.model, "field"):
-        return found.field(time, grid)
-    points = grid.points
-    values = found.model.predict(found.theta[None], points, np.full(len(points), time))[0]
-    return values.reshape(grid.x.size, grid.y.size)
-
-
 def domain_of(model: Any, samples: Samples) -> Domain:
     """The model's, else a rectangle around the samples."""
     if hasattr(model, "domain"):
@@ -268,9 +259,4 @@ def domain_of(model: Any, samples: Samples) -> Domain:
 
 def _grid(model: Any, samples: Samples) -> Grid:
     """The model's own, else about a hundred cells along the longer side of the domain."""
-    if hasattr(model, "grid"):
-        return model.grid
-    domain = domain_of(model, samples)
-    size = np.subtract(domain.upper, domain.lower)
-    nx, ny = np.maximum(1, np.round(_CELLS * size / size.max())).astype(int)
-    return domain.grid(int(nx), int(ny))
+    return model.grid if hasattr(model, "grid") else even_grid(domain_of(model, samples))

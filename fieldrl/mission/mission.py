@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from functools import partial
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
 from fieldrl.core.kinds import check_part, component
+from fieldrl.core.ordinary import adapted
 from fieldrl.estimator.problem import Differentiable, Fit, FitProblem
 from fieldrl.mission import stopping
 from fieldrl.mission.environment import Estimator, FieldSampling, Vehicle, Water
+from fieldrl.mission.world import Model, World, world
 from fieldrl.observation.knowledge import Observation
 from fieldrl.observation.paper import Paper
 from fieldrl.reward.outcome import Reward
@@ -65,7 +67,7 @@ class Mission:
     """A vehicle in a field, and how long it may learn.
 
     Args:
-        water: forward model, domain and flow.
+        water: forward model, domain and flow; what a plain model lacks, ``world`` adds.
         vehicle: kinematics and sensor.
         agent: what chooses.
         estimator: what concludes.
@@ -80,7 +82,7 @@ class Mission:
         posterior: what draws from the posterior of the unknowns at the end; None: nothing does.
     """
 
-    water: Water
+    water: Annotated[Water, Model]
     vehicle: Vehicle
     agent: Agent
     estimator: Estimator
@@ -97,7 +99,8 @@ class Mission:
         checks.integer("episodes", self.episodes, 1)
         checks.integer("steps", self.steps, 1)
         checks.integer("evaluation_episodes", self.evaluation_episodes, 0)
-        check_part("water.flow", self.water.flow, Flow)
+        object.__setattr__(self, "water", world(self.water))
+        self._check_flow()
         self._check_truth()
         self._check_start()
         self._check_horizon()
@@ -108,11 +111,19 @@ class Mission:
             rule = "needs a model with derivatives, such as pde=advection"
             name = type(self.reward).__name__
             raise checks.InvalidValue("reward", name, rule, remedy="use reward=total_error")
+        self._check_observation()
         environment = self.environment()
         try:
             self.agent.begin(environment.low, environment.high, len(self.vehicle.actions))
         except checks.InvalidValue as error:
             raise error.within("agent") from None
+
+    def _check_flow(self) -> None:
+        check_part("water.flow", self.water.flow, Flow)
+        if not hasattr(adapted(self.water.flow), "kernel"):
+            name = type(self.water.flow).__name__
+            rule = "its velocity must take (theta, x, y, t)"
+            raise checks.InvalidValue("water.flow", name, rule, remedy="see docs/flows.md")
 
     def _check_truth(self) -> None:
         parameters = self.water.parameters
@@ -130,7 +141,17 @@ class Mission:
         except checks.InvalidValue as error:
             raise error.within("vehicle") from None
 
+    def _check_observation(self) -> None:
+        if getattr(self.observation, "needs_feature", False) and not hasattr(self.water, "initial"):
+            rule = "needs a model with an initial feature, such as pde=advection"
+            name = type(self.observation).__name__
+            raise checks.InvalidValue("observation", name, rule, remedy="use observation=paper")
+
     def _check_scenario(self) -> None:
+        if self.scenario.varies and isinstance(self.water, World):
+            rule = "needs a model whose true values it can set, such as pde=advection"
+            name = type(self.scenario).__name__
+            raise checks.InvalidValue("scenario", name, rule, remedy="use scenario=fixed")
         try:
             self.scenario.draw(self.water, np.random.default_rng(0))
         except checks.InvalidValue as error:
@@ -153,10 +174,10 @@ class Mission:
         """Time at the end of an episode [time]."""
         return self.steps * self.vehicle.time_step
 
-    def environment(self) -> FieldSampling:
+    def environment(self, render_mode: str | None = None) -> FieldSampling:
         """A new environment of this mission."""
         parts = self.water, self.vehicle, self.estimator, self.reward, self.steps
-        return FieldSampling(*parts, self.observation, self.scenario, self._sure())
+        return FieldSampling(*parts, self.observation, self.scenario, self._sure(), render_mode)
 
     def _sure(self) -> Callable[[FitProblem, Fit], bool] | None:
         """Whether a fit tells enough for an episode to end; None where episodes take all their samples."""

@@ -219,6 +219,8 @@ def combine(replicates: Sequence[xr.Dataset], mission: Mission) -> xr.Dataset:
     if mission.scenario.varies:
         record["true"] = record["true"] * np.nan  # there is one for each episode: the variable truth
         return record
+    if not np.isfinite(record["field_true"]).any():  # of a model without a field
+        return record
     times = (np.arange(mission.steps) + 1) * mission.vehicle.time_step
     return record.assign(field_course(mission.water.truth(), np.array(parameters.true), times))
 

@@ -16,7 +16,7 @@ the estimate carries its centre until now.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ _SMALLEST = -6.0  # log10 of an uncertainty that is told apart
 @component
 class Informed:
     """Everything that is known, as numbers."""
+
+    needs_feature: ClassVar[bool] = True
 
     def bounds(
         self, low: NDArray[np.float64], high: NDArray[np.float64], model: Any

@@ -20,7 +20,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 from functools import cached_property, partial
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,12 +30,12 @@ from fieldrl.core import checks
 from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Domain, Grid
 from fieldrl.core.kinds import OR_NULL, component
+from fieldrl.core.ordinary import adapted
 from fieldrl.core.parameters import Parameters
 from fieldrl.pde.finite_volumes import feasible, resolution, sampling
 from fieldrl.pde.finite_volumes.discretisation import Discretisation, Source, has_streamfunction
 from fieldrl.pde.finite_volumes.inside import check_inside
 from fieldrl.pde.flow import DoubleGyre, Flow
-from fieldrl.pde.flow.ordinary import adapted
 from fieldrl.pde.initial import Feature, InitialFeature, check_visible
 from fieldrl.pde.solutions import Solutions, key
 from fieldrl.pde.truth import differing
@@ -44,6 +44,14 @@ from fieldrl.pde.unknowns import Unknowns, check_sides, check_truth, steepest, u
 _ORDERS = (3, 5, 7, 9)
 _SCHEMES = {"finite_volumes": f"finite volumes 2, fieldrl {__version__}", "semi_lagrangian": "1"}
 _MAY_DIFFER = ("flow", "initial", "source", "diffusivity", "scheme", "order", "courant", "positive")
+
+
+class _Candidate(NamedTuple):
+    """theta (p,), the parts there, and the key of all that a solve depends on but the flow's parameters."""
+
+    theta: NDArray[np.float64]
+    parts: Mapping[str, Any]
+    key: str
 
 
 @component
@@ -258,7 +266,7 @@ class AdvectionDiffusion:
 
     def solve(self, theta: ArrayLike) -> NDArray[np.float64]:
         """Cell averages at ``snapshot_times`` for theta (p,), (k, nx, ny) [field unit]; or SolveFailed."""
-        return self._solution(self._checked(theta)[0])
+        return self._solution(self._candidate(self._checked(theta)[0]))
 
     def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
         """The field of m candidates at n samples.
@@ -281,7 +289,8 @@ class AdvectionDiffusion:
         around, nearest, between = self._stencils(positions), *self._nearest(times)
         candidates, late = self._checked(theta), np.flatnonzero(between)
         values = np.empty((len(candidates), len(times)))
-        for candidate, row in zip(candidates, values, strict=True):
+        for theta_of, row in zip(candidates, values, strict=True):
+            candidate = self._candidate(theta_of)
             sampling.values(self._solution(candidate), nearest, *around, row)
             for i in late:
                 at, (x, y, along_x, along_y) = slice(i, i + 1), (part[i : i + 1] for part in around)
@@ -296,26 +305,34 @@ class AdvectionDiffusion:
         across = sampling.matrix(grid.x, x0, x1, self.cells[0])
         along = sampling.matrix(grid.y, y0, y1, self.cells[1])
         near = self._scheme.nearest_water
-        values = across @ self._state(self._checked(theta)[0], time)[near[0], near[1]] @ along.T
+        state = self._state(self._candidate(self._checked(theta)[0]), time)
+        values = across @ state[near[0], near[1]] @ along.T
         if self.domain.obstacles:
             values *= self.domain.contains(grid.points).reshape(values.shape)
         return self._clipped(values)
 
-    def _march(self, theta: NDArray) -> NDArray[np.float64]:
-        parts = self._unknowns.parts_at(theta)
+    def _candidate(self, theta: NDArray) -> _Candidate:
+        """What solves at theta (p,) have in common."""
+        found = self._unknowns
+        if found.of_flow_alone:
+            return _Candidate(theta, found.parts, self._key)
+        parts = found.parts_at(theta)
+        return _Candidate(theta, parts, self._key_of(parts))
+
+    def _march(self, candidate: _Candidate) -> NDArray[np.float64]:
+        parts = candidate.parts
         start = self._start if parts["initial"] is self.initial else self._averages(parts["initial"])
-        later = self._carry(theta, parts, start, self.snapshot_times.tolist())
+        later = self._carry(candidate, start, self.snapshot_times.tolist())
         return np.concatenate([start[None], later])
 
     def _averages(self, initial: Feature) -> NDArray[np.float64]:
         return self._scheme.averages(initial.value)
 
-    def _carry(
-        self, theta: NDArray, parts: Mapping[str, Any], state: NDArray, times: Sequence[float]
-    ) -> NDArray[np.float64]:
-        """Cell averages at times[1:] with these parts, (k, nx, ny); a failed solve tells theta."""
+    def _carry(self, candidate: _Candidate, state: NDArray, times: Sequence[float]) -> NDArray[np.float64]:
+        """Cell averages at times[1:] of a candidate, (k, nx, ny); a failed solve tells theta."""
+        theta = candidate.theta
         try:
-            return self._solver(parts).march(self.flow_parameters(theta), state, times)
+            return self._solver(candidate.parts).march(self.flow_parameters(theta), state, times)
         except checks.SolveFailed as error:
             raise checks.SolveFailed(theta.tolist(), error.time, error.reason) from None
 
@@ -325,29 +342,28 @@ class AdvectionDiffusion:
         nearest = np.abs(snapshots - times[:, None]).argmin(axis=1)
         return nearest, np.abs(snapshots[nearest] - times) > 1e-9 * self.interval
 
-    def _solution(self, theta: NDArray) -> NDArray[np.float64]:
-        """``solve`` for checked theta."""
-        return self.solutions.get(self._name(theta), lambda: self._march(theta))
+    def _solution(self, candidate: _Candidate) -> NDArray[np.float64]:
+        """``solve`` for a candidate."""
+        return self.solutions.get(self._name(candidate), lambda: self._march(candidate))
 
-    def _name(self, theta: NDArray, times: tuple[float, ...] = ()) -> str:
+    def _name(self, candidate: _Candidate, times: tuple[float, ...] = ()) -> str:
         """What the store calls a solve, or its state between two times."""
-        alone = self._unknowns.of_flow_alone
-        name = self._key if alone else self._key_of(self._unknowns.parts_at(theta))
-        told = name.encode() + self.flow_parameters(theta).tobytes() + np.array(times).tobytes()
+        of_flow = self.flow_parameters(candidate.theta)
+        told = candidate.key.encode() + of_flow.tobytes() + np.array(times).tobytes()
         return hashlib.blake2b(told, digest_size=20).hexdigest()
 
-    def _state(self, theta: NDArray, time: float) -> NDArray[np.float64]:
+    def _state(self, candidate: _Candidate, time: float) -> NDArray[np.float64]:
         """Cell averages at any time of the solve, (nx, ny)."""
-        solution, (nearest, between) = self._solution(theta), self._nearest(np.array([time]))
+        solution, (nearest, between) = self._solution(candidate), self._nearest(np.array([time]))
         if not between[0]:
             return solution[nearest[0]]
         last = int(np.searchsorted(self.snapshot_times, time)) - 1
         span = (float(self.snapshot_times[last]), float(time))
 
         def carried() -> NDArray[np.float64]:
-            return self._carry(theta, self._unknowns.parts_at(theta), solution[last], span)[0]
+            return self._carry(candidate, solution[last], span)[0]
 
-        return self.solutions.get(self._name(theta, span), carried)
+        return self.solutions.get(self._name(candidate, span), carried)
 
     def _stencils(self, positions: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Cells round every position, x and y (n, WIDTH, WIDTH), and their weights, x and y (n, WIDTH)."""

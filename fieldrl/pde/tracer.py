@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from fieldrl.core.compiled import call_flow
+from fieldrl.core.ordinary import adapted
 
 _SUBSTEPS = 64
 
@@ -17,7 +18,7 @@ def carried(flow: Any, theta: ArrayLike, place: ArrayLike, time: float) -> NDArr
     """The place at ``time`` of the particle that is at ``place`` at time 0, by classical Runge-Kutta.
 
     Args:
-        flow: with a compiled velocity, ``kernel`` and ``constants``.
+        flow: any.
         theta: its parameters, (p,).
         place: (2,) [length].
         time: >= 0 [time].
@@ -25,7 +26,7 @@ def carried(flow: Any, theta: ArrayLike, place: ArrayLike, time: float) -> NDArr
     Returns:
         (2,) [length].
     """
-    theta = np.ascontiguousarray(theta, dtype=float)
+    flow, theta = adapted(flow), np.ascontiguousarray(theta, dtype=float)
     place = np.array(place, dtype=float)
     return _carried(flow.kernel, flow.constants, theta, place, float(time), _SUBSTEPS)
 

@@ -7,6 +7,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from fieldrl.runs import contents
+
 RESULTS = 3
 """Version of the results: raise it when the same configuration gives other numbers than before."""
 
@@ -19,8 +21,10 @@ _LATER = ("unknown", "stop", "posterior")
 
 
 def identity(config: Mapping[str, Any]) -> str:
-    """The key of a configuration."""
-    return key(_canonical(_effective(config)))
+    """The key of a configuration: of what is written in it, and of what it names (see ``contents``)."""
+    effective = _effective(config)
+    other = contents.code(effective)
+    return key(_canonical(contents.with_contents(effective)), *([other] if other else ()))
 
 
 def key(*content: Any) -> str:

@@ -13,7 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import field
 from functools import cached_property, lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from fieldrl.core import checks
 from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Circle, Domain, Rectangle
 from fieldrl.core.kinds import component
+from fieldrl.core.ordinary import adapted
 from fieldrl.vehicle.motion import advance, follow
 from fieldrl.vehicle.sensor import Sensor
 
@@ -40,16 +41,11 @@ _SUBSTEP = 2e-7  # time of a Runge-Kutta step [s]
 
 
 class Flow(Protocol):
-    """What the vehicle needs of a flow: its compiled velocity (FLOW of fieldrl.core.compiled)."""
+    """What the vehicle needs of a flow; see fieldrl.core.ordinary for how it calls one."""
 
     @property
-    def kernel(self) -> int:
-        """Address of the compiled function."""
-        ...
-
-    @property
-    def constants(self) -> NDArray[np.float64]:
-        """Its constants, (k,)."""
+    def velocity(self) -> Any:
+        """Of (theta, x, y, t): (u, v) [length/time]; of a flow that is compiled already, see FLOW."""
         ...
 
 
@@ -156,7 +152,7 @@ class Unicycle:
             state: a state in the water, (3,) [length, length, rad].
             action: index into ``actions``, 0 to 6; IndexError beyond.
             time: when the step begins [time].
-            flow: the water's flow.
+            flow: the water's flow, of any class.
             theta: the flow's parameters, (p,).
             domain: walls and obstacles.
 
@@ -164,10 +160,10 @@ class Unicycle:
             A new state in the water, (3,) [length, length, rad].
         """
         speed, rate, low, high = self._controls[action]
-        theta = np.ascontiguousarray(theta, dtype=np.float64)
+        own, theta = adapted(flow), np.ascontiguousarray(theta, dtype=np.float64)
         span = (float(time), self.time_step, self.substeps)
         after = advance(
-            state, speed, rate, low, high, *span, flow.kernel, theta, flow.constants, *_obstructions(domain)
+            state, speed, rate, low, high, *span, own.kernel, theta, own.constants, *_obstructions(domain)
         )
         if self.heading_limits is None and abs(after[2]) > math.pi:
             after[2] = math.remainder(after[2], 2 * math.pi)
@@ -188,16 +184,16 @@ class Unicycle:
             state: a state in the water, (3,) [length, length, rad].
             plans: actions, (K, H).
             time: when the first step begins [time].
-            flow: the water's flow.
+            flow: the water's flow, of any class.
             thetas: the flow's parameters, (M, p).
             domain: walls and obstacles.
 
         Returns:
             (M, K, H, 3) [length, length, rad]; headings are not wrapped.
         """
-        thetas = np.ascontiguousarray(thetas, dtype=np.float64)
+        own, thetas = adapted(flow), np.ascontiguousarray(thetas, dtype=np.float64)
         span = (float(time), self.time_step, min(self.substeps, _PLANNED))
-        water = (flow.kernel, thetas, flow.constants, *_obstructions(domain))
+        water = (own.kernel, thetas, own.constants, *_obstructions(domain))
         return follow(np.array(state, dtype=float), plans, np.array(self._controls), *span, *water)
 
     @cached_property

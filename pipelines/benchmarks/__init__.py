@@ -11,7 +11,9 @@
 - ``interval_cost``: what intervals, regions and the field's standard deviation cost a run
 - ``oracle``: the double gyre in py-pde, to compare the solver with
 - ``performance_profile``: the share of problems that a method has solved, against the solves it took
+- ``recovery``: whether unknowns are found again: every kind, random truths, in both experiments
 - ``run_cost``: what checkpoints and tracking cost a run
 - ``solver``: how good and how fast the solver is, beside py-pde
 - ``sweep_cost``: what a sweep costs beside its runs
+- ``unknowns``: how estimators for dear models cope with one to six unknowns
 """

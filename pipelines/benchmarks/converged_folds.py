@@ -153,18 +153,21 @@ def _descend(
     model: Interpolant, values: NDArray, weights: NDArray, tikhonov: float, u: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Levenberg-Marquardt within the square from every u (m, 2): u, losses, residuals."""
-    u, damping = u.copy(), np.full(len(u), 1e-3)
+    u, damping, active = u.copy(), np.full(len(u), 1e-3), np.arange(len(u))
     residuals = model.predict(u) - values
     loss = np.sum(weights * residuals**2, axis=1) + tikhonov * np.sum(u**2, axis=1)
     for _ in range(_ITERATIONS):
-        step = _step(model.jacobian(u), residuals, weights, tikhonov, u, damping)
-        trial = np.clip(u + step, -1, 1)
+        at, kept = u[active], weights[active]
+        step = _step(model.jacobian(at), residuals[active], kept, tikhonov, at, damping[active])
+        trial = np.clip(at + step, -1, 1)
         there = model.predict(trial) - values
-        reached = np.sum(weights * there**2, axis=1) + tikhonov * np.sum(trial**2, axis=1)
-        moved, better = np.abs(trial - u).max(), reached <= loss
-        u[better], residuals[better], loss[better] = trial[better], there[better], reached[better]
-        damping = np.where(better, np.maximum(damping * 0.2, 1e-12), damping * 5)
-        if moved < 1e-9:
+        reached = np.sum(kept * there**2, axis=1) + tikhonov * np.sum(trial**2, axis=1)
+        moved, better = np.abs(trial - at).max(axis=1), reached <= loss[active]
+        place = active[better]
+        u[place], residuals[place], loss[place] = trial[better], there[better], reached[better]
+        damping[active] = np.where(better, np.maximum(damping[active] * 0.2, 1e-12), damping[active] * 5)
+        active = active[moved >= 1e-9]
+        if not active.size:
             break
     return u, loss, residuals
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import cache
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -76,7 +77,7 @@ class Judged(NamedTuple):
 
 def walk(overrides: Sequence[str], number: int, episode: int, spread: bool) -> Path:
     """Ten samples of a vehicle that turns at random."""
-    task, rng = mission(composed(["experiment=double_gyre", *overrides])), stream(number, "walk", episode)
+    task, rng = _experiment(tuple(overrides)), stream(number, "walk", episode)
     model: Any = water(overrides)
     theta, parameters = np.array(model.parameters.true), model.parameters
     if spread:
@@ -89,6 +90,11 @@ def walk(overrides: Sequence[str], number: int, episode: int, spread: bool) -> P
     times = vehicle.time_step * np.arange(1.0, MOST + 1)
     exact = model.truth().predict(theta[None], np.array(positions), times)[0]
     return Path(theta, Samples.of(np.array(positions), times, exact + rng.standard_normal(MOST)))
+
+
+@cache
+def _experiment(overrides: tuple[str, ...]) -> Any:
+    return mission(composed(["experiment=double_gyre", *overrides]))
 
 
 def interpolants(

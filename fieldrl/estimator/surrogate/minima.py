@@ -1,12 +1,12 @@
 """Minima of a fold's loss on the surrogate, and how far each of them may be trusted.
 
-Where the surrogate says that the predictions are y +- s, the fold's minimiser moves and its loss changes with
-every error e ~ N(0, s^2) of the predictions. To first order, with e constant about the minimiser,
+The fold's minimiser moves and its loss changes with every error e of the surrogate's predictions and every
+error G of their slopes, which are jointly normal. To first order, and for the left-out sample with G_i,
 
-    move of the minimiser            d = -H^-1 J^T W e
+    move of the minimiser            d = -H^-1 (J^T W e + G^T W r)
     loss of u above its minimum      d^T H d
     loss at u                        2 (W r)^T e + e^T W e
-    residual of the left-out sample  e_i + J_i d
+    residual of the left-out sample  e_i + (J_i + G_i) d
 
 | symbol | meaning | shape | unit |
 |---|---|---|---|
@@ -25,7 +25,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fieldrl.estimator.surrogate.improvement import descend
-from fieldrl.estimator.surrogate.predictions import Surrogate, linearise, predict
+from fieldrl.estimator.surrogate.predictions import Surrogate, covary, linearise
 
 _SAME = 1e-3  # minima closer than this are one [half-width]
 _DESCENT = 40  # evaluations of the surrogate in a descent
@@ -72,11 +72,10 @@ def minima(
     ends, losses = starts.copy(), np.empty(len(starts))
     _descend_all(surrogate, values, weights, tikhonov, ends, losses)
     places = _distinct(ends, np.argsort(losses, kind="stable"))
-    _, deviations = predict(surrogate, ends[places])
     found = []
-    for place, deviation in zip(places, deviations, strict=True):
+    for place in places:
         residuals = np.empty(len(values))
-        doubts = _doubts(surrogate, values, weights, tikhonov, ends[place], deviation, fold - 1, residuals)
+        doubts = _doubts(surrogate, values, weights, tikhonov, ends[place], fold - 1, residuals)
         found.append(Minimum(ends[place], float(losses[place]), residuals, *doubts))
     return found
 
@@ -117,13 +116,39 @@ def _descend_all(surrogate, values, weights, tikhonov, ends, losses):
 
 
 @njit(cache=True, error_model="numpy")
-def _doubts(surrogate, values, weights, tikhonov, u, deviation, left_out, residuals):
+def _doubts(surrogate, values, weights, tikhonov, u, left_out, residuals):
     """Expected excess, deviation of the loss and of the left-out residual at u; residuals in place."""
     n, p = values.size, u.size
-    slope = np.empty((n, p))
+    slope, covariance = np.empty((n, p)), np.empty((n, 1 + p, 1 + p))
     linearise(surrogate, u, residuals, slope)
+    covary(surrogate, u, covariance)
     residuals -= values
-    gradient, curvature = tikhonov * u, tikhonov * np.eye(p)
+    inverse = _inverse_curvature(slope, residuals, weights, tikhonov, u)
+    gradient = _doubt_of_gradient(slope, residuals, weights, covariance)
+    move, excess, first, second, along = np.zeros((p, p)), 0.0, 0.0, 0.0, 0.0
+    for a in range(p):
+        for b in range(p):
+            excess += inverse[a, b] * gradient[b, a]
+            for c in range(p):
+                for d in range(p):
+                    move[a, d] += inverse[a, b] * gradient[b, c] * inverse[c, d]
+    for j in range(n):
+        first += covariance[j, 0, 0] * (weights[j] * residuals[j]) ** 2
+        second += covariance[j, 0, 0] * weights[j]
+    if left_out >= 0:
+        along += covariance[left_out, 0, 0]
+        for a in range(p):
+            for b in range(p):
+                product = slope[left_out, a] * slope[left_out, b]
+                along += (product + covariance[left_out, 1 + a, 1 + b]) * move[a, b]
+    return max(excess, 0.0), 2.0 * np.sqrt(first) + second, np.sqrt(max(along, 0.0))
+
+
+@njit(cache=True, error_model="numpy")
+def _inverse_curvature(slope, residuals, weights, tikhonov, u):
+    """H^-1, (p, p); zero for an unknown held at its bound."""
+    n, p = slope.shape
+    gradient, curvature, held = tikhonov * u, (tikhonov + 1e-12) * np.eye(p), np.zeros(p, dtype=np.bool_)
     for j in range(n):
         for a in range(p):
             gradient[a] += weights[j] * slope[j, a] * residuals[j]
@@ -131,21 +156,26 @@ def _doubts(surrogate, values, weights, tikhonov, u, deviation, left_out, residu
                 curvature[a, b] += weights[j] * slope[j, a] * slope[j, b]
     for a in range(p):
         if (u[a] >= 1.0 and gradient[a] < 0.0) or (u[a] <= -1.0 and gradient[a] > 0.0):
-            slope[:, a] = 0.0
+            held[a] = True
             curvature[a, :], curvature[:, a], curvature[a, a] = 0.0, 0.0, 1.0
-    moves = np.linalg.solve(curvature + 1e-12 * np.eye(p), slope.T.copy())  # H^-1 J^T, (p, n)
-    excess, first, second, along = 0.0, 0.0, 0.0, 0.0
+    inverse = np.linalg.inv(curvature)
+    for a in range(p):
+        if held[a]:
+            inverse[a, a] = 0.0
+    return inverse
+
+
+@njit(cache=True, error_model="numpy")
+def _doubt_of_gradient(slope, residuals, weights, covariance):
+    """Covariance of J^T W e + G^T W r, (p, p)."""
+    n, p = slope.shape
+    total = np.zeros((p, p))
     for j in range(n):
-        error = (weights[j] * deviation[j]) ** 2
-        first += error * residuals[j] ** 2
-        second += weights[j] * deviation[j] ** 2
+        c, r, square = covariance[j], residuals[j], weights[j] * weights[j]
         for a in range(p):
-            excess += error * slope[j, a] * moves[a, j]
-        if left_out >= 0:
-            shift = 0.0
-            for a in range(p):
-                shift += slope[left_out, a] * moves[a, j]
-            along += error * shift * shift
-    if left_out >= 0:
-        along += deviation[left_out] ** 2
-    return excess, 2.0 * np.sqrt(first) + second, np.sqrt(along)
+            for b in range(p):
+                both = slope[j, a] * c[0, 1 + b] + slope[j, b] * c[0, 1 + a]
+                total[a, b] += square * (
+                    slope[j, a] * slope[j, b] * c[0, 0] + r * both + r * r * c[1 + a, 1 + b]
+                )
+    return total

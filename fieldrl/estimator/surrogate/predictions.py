@@ -137,6 +137,43 @@ def linearise(surrogate, u, mean, slope):
                         slope[j, q] -= part * (u[q] - inputs[i, q]) * inverse[q] * inverse[q]
 
 
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz", "arcp"})
+def covary(surrogate, u, covariance):
+    """Covariance of every output at u (p,) and its derivatives, in place, (n, 1 + p, 1 + p), output first.
+
+    A process and its derivatives are jointly normal: the covariance of r with them is the derivative of r
+    (Rasmussen & Williams 2006, section 9.4). Units: field unit^2, by half-width for each derivative.
+    """
+    inputs, inverse_scales, owner, roots, _, _, variance = surrogate
+    (n, p), k = inverse_scales.shape, len(inputs)
+    rows, white = np.empty((1 + p, k)), np.empty((1 + p, k))
+    for j in range(n):
+        if owner[j] != j:
+            share = variance[j] / variance[owner[j]]
+            covariance[j] = share * covariance[owner[j]]
+            continue
+        inverse = inverse_scales[j]
+        for i in range(k):
+            rows[0, i] = _correlation(u, inputs[i], inverse)
+            for q in range(p):
+                rows[1 + q, i] = -rows[0, i] * (u[q] - inputs[i, q]) * inverse[q] * inverse[q]
+        for a in range(1 + p):
+            for i in range(k):
+                total = 0.0
+                for m in range(i + 1):
+                    total += roots[j, i, m] * rows[a, m]
+                white[a, i] = total
+        for a in range(1 + p):
+            prior = 1.0 if a == 0 else inverse[a - 1] * inverse[a - 1]
+            for b in range(a + 1):
+                left = prior if a == b else 0.0
+                for i in range(k):
+                    left -= white[a, i] * white[b, i]
+                if a == b:
+                    left = max(left, _LEAST * prior)
+                covariance[j, a, b] = covariance[j, b, a] = variance[j] * left
+
+
 @njit(cache=True, error_model="numpy")
 def _correlation(u, v, inverse):
     total = 0.0

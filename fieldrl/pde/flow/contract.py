@@ -7,7 +7,7 @@
 | psi | streamfunction, v = (-dpsi/dy, dpsi/dx) | (n,) | length^2/time |
 
 An **ordinary flow** is any class with ``names``, ``units`` and ``velocity(theta, x, y, t) -> (u, v)``;
-nothing else is required. ``ordinary.adapted`` makes it what solver and vehicle work with.
+nothing else is required. ``core/ordinary.adapted`` makes it what solver and vehicle work with.
 ``streamfunction(theta, x, y, t) -> psi`` is welcome: with it the water is free of divergence to rounding and
 can be led round obstacles.
 
@@ -22,7 +22,9 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fieldrl.core import checks
+from fieldrl.core.ordinary import parameters, points
+
+__all__ = ["Flow", "Separable", "parameters", "points"]
 
 
 class Flow(Protocol):
@@ -45,13 +47,3 @@ class Separable(Protocol):
     def factors(
         self, theta: ArrayLike, x: ArrayLike, y: ArrayLike, times: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-
-
-def parameters(theta: ArrayLike, size: int) -> NDArray[np.float64]:
-    """theta as an array (size,); raises InvalidValue otherwise."""
-    return np.array(checks.vector("theta", np.asarray(theta, dtype=float).tolist(), size))
-
-
-def points(positions: ArrayLike) -> NDArray[np.float64]:
-    """Positions as an array, (n, 2) [length]."""
-    return np.asarray(positions, dtype=float).reshape(-1, 2)

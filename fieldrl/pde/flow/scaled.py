@@ -9,8 +9,8 @@ import numpy as np
 
 from fieldrl.core import checks
 from fieldrl.core.kinds import component
+from fieldrl.core.ordinary import adapted
 from fieldrl.pde.flow.contract import Flow
-from fieldrl.pde.flow.ordinary import adapted
 
 
 @component

@@ -6,17 +6,12 @@ import numpy as np
 import pytest
 
 import fieldrl
-from fieldrl.agent.drift import Drift
-from fieldrl.core.checks import InvalidValue
 from fieldrl.core.parameters import Parameters
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.gaussian_process import GaussianProcess
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import FitProblem
-from fieldrl.mission import Mission
-from fieldrl.reward.total_error import TotalError
-from fieldrl.vehicle.unicycle import Unicycle
 
 
 class Decay:
@@ -36,11 +31,6 @@ def test_a_plain_class_is_fitted_by_every_estimator(estimator):
     found = estimator.fit(FitProblem(Decay(), samples, estimator.tikhonov, leave_one_out=False))
     tolerance = 0.2 if isinstance(estimator, GaussianProcess) else 0.02
     np.testing.assert_allclose(found.theta[0], theta[0], rtol=tolerance)
-
-
-def test_a_mission_says_which_members_it_needs_beside():
-    with pytest.raises(InvalidValue, match="it lacks admissible, domain, field, flow, horizon, truth"):
-        Mission(Decay(), Unicycle(), Drift(), LeastSquares(), TotalError(), 1, 3)  # type: ignore[arg-type]
 
 
 def test_samples_alone_and_a_plain_class_give_an_estimate():

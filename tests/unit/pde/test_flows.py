@@ -14,6 +14,7 @@ from numba import njit
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.compiled import call_flow
 from fieldrl.core.domain import Circle, Domain
+from fieldrl.core.ordinary import Ordinary, UncompiledFlow, adapted
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.pde.flow import (
     DoubleGyre,
@@ -27,7 +28,6 @@ from fieldrl.pde.flow import (
     UniformFlow,
     Vortices,
 )
-from fieldrl.pde.flow.ordinary import Ordinary, UncompiledFlow, adapted
 from fieldrl.pde.initial import InitialFeature
 from fieldrl.vehicle.unicycle import Unicycle
 

@@ -24,7 +24,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from fieldrl.core import checks
 from fieldrl.core.compiled import FLOW
-from fieldrl.pde.flow.contract import parameters, points
 
 _NUMBERS = ctypes.POINTER(ctypes.c_double)
 _CALLBACK = ctypes.CFUNCTYPE(
@@ -33,6 +32,8 @@ _CALLBACK = ctypes.CFUNCTYPE(
 _SIGNATURE = (float64[::1], float64, float64, float64)
 _said: set[type] = set()
 _kept: dict[Any, tuple[tuple[Any, Any] | None, str]] = {}  # what was compiled in this process
+_adapted: dict[int, Ordinary] = {}  # by the flow's id, which it holds; the newest
+_MOST = 64
 
 
 class UncompiledFlow(UserWarning):
@@ -40,13 +41,19 @@ class UncompiledFlow(UserWarning):
 
 
 def adapted(flow: Any) -> Any:
-    """The flow as solver and vehicle work with it; itself, where it is so already.
-
-    Raises:
-        InvalidValue: where it lacks what a flow needs.
-    """
-    if hasattr(type(flow), "kernel") or not _is_ordinary(flow):
+    """The flow as solver and vehicle work with it; itself, where it is so already or is no flow."""
+    if hasattr(type(flow), "kernel"):
         return flow
+    if id(flow) not in _adapted:
+        if not _is_ordinary(flow):
+            return flow
+        while len(_adapted) >= _MOST:
+            _adapted.pop(next(iter(_adapted)))
+        _adapted[id(flow)] = _adaptation(flow)
+    return _adapted[id(flow)]
+
+
+def _adaptation(flow: Any) -> Ordinary:
     found = Ordinary(flow, _code(type(flow)))
     if found.reason and type(flow) not in _said and not getattr(flow, "in_python", False):
         _said.add(type(flow))
@@ -172,6 +179,16 @@ class Ordinary:
         if not isinstance(found, Sequence | np.ndarray) or len(found) != 2:
             raise checks.InvalidValue("velocity", found, "must return (u, v), two numbers or arrays")
         return np.stack([np.broadcast_to(np.asarray(part, dtype=float), size) for part in found], axis=-1)
+
+
+def parameters(theta: ArrayLike, size: int) -> NDArray[np.float64]:
+    """theta as an array (size,); raises InvalidValue otherwise."""
+    return np.array(checks.vector("theta", np.asarray(theta, dtype=float).tolist(), size))
+
+
+def points(positions: ArrayLike) -> NDArray[np.float64]:
+    """Positions as an array, (n, 2) [length]."""
+    return np.asarray(positions, dtype=float).reshape(-1, 2)
 
 
 def _is_ordinary(flow: Any) -> bool:
