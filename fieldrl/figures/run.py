@@ -48,8 +48,11 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     """The drawing function of every picture that this record has the data for, by file name."""
     if estimates.is_estimate(record):
         chosen = {"samples": estimates.field_figure} if fields.has_field(record) else {}
-        chosen |= {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
-        return chosen | _regions(record)
+        return (
+            chosen
+            | {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
+            | _regions(record)
+        )
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
     chosen |= {
         "path": paths.path_figure,
@@ -57,7 +60,7 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     }
     if fields.has_field(record):
         chosen["field_error"] = fields.field_error_figure
-    if "field_std" in record:
+    if "field_std" in record and fields.has_field(record):
         chosen["field_std"] = uncertainty.field_std_figure
     chosen |= _regions(record)
     if "samples_used" in record:

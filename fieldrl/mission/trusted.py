@@ -94,6 +94,8 @@ def _field_std(
     water: Any, result: Assessment, time: float, estimate: NDArray, grid: Grid
 ) -> NDArray[np.float64]:
     """Of the estimated field, (nx, ny) [field unit]."""
+    if not np.isfinite(estimate).any():  # of a model without a field
+        return np.full(estimate.shape, np.nan)
     theta = result.parameters.centre + result.parameters.half_width * draws(result)
     return field_std(water, estimate, theta, time, grid, result.solved)
 
