@@ -52,7 +52,7 @@ class ResultFolder:
         """Where its files are."""
         return self.output_dir / self.kind / self.name
 
-    def write(self, name: str, content: str | Callable[[Path], Any]) -> Path:
+    def write(self, name: str, content: str | bytes | Callable[[Path], Any]) -> Path:
         """Write a file or folder of it, complete or not at all; see ``atomic.write``."""
         return atomic.write(self.folder / name, content)
 
