@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fieldrl.runs import meaning, title
+from fieldrl.runs.folder import text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,8 +74,12 @@ class Picture:
     def of(cls, path: Path) -> Picture:
         """A PNG file; one that is not known by name has its name as heading."""
         heading, caption = _FIGURES.get(path.stem, (path.stem.replace("_", " ").capitalize(), ""))
-        content = base64.b64encode(path.read_bytes()).decode()
-        return cls(heading, caption, f"data:image/png;base64,{content}")
+        return cls.drawn(path.read_bytes(), heading, caption)
+
+    @classmethod
+    def drawn(cls, png: bytes, heading: str, caption: str = "") -> Picture:
+        """The content of a PNG file."""
+        return cls(heading, caption, f"data:image/png;base64,{base64.b64encode(png).decode()}")
 
 
 def page(
@@ -112,7 +117,7 @@ def page(
         course=_embedded(moving_course(record)) if has_course(record) else "",
         pictures=pictures(folder / "figures"),
         changed=changed,
-        configuration=_text(folder / ".hydra" / "config.yaml"),
+        configuration=text(folder / ".hydra" / "config.yaml"),
         provenance=_provenance(summary),
         command=command,
     )
@@ -156,8 +161,3 @@ def _embedded(content: Mapping[str, Any]) -> Markup:
     from markupsafe import Markup
 
     return Markup(json.dumps(content).replace("<", "\\u003c"))
-
-
-def _text(path: Path) -> str:
-    """What a file says; nothing where there is none."""
-    return path.read_text() if path.is_file() else ""

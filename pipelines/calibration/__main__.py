@@ -14,6 +14,7 @@ from typing import Any
 
 from fieldrl.core.checks import InvalidValue
 from fieldrl.figures import files
+from fieldrl.runs import atomic
 from pipelines import report
 from pipelines.artefacts import versions
 from pipelines.calibration import blocks, drawing
@@ -35,7 +36,7 @@ def make(settings: Settings) -> dict[str, Any]:
     files.save_noted(drawing.draw(judged), folder / "calibration.png", note)
     files.save_noted(drawing.draw_needed(judged), folder / "samples_needed.png", note)
     text = "\n".join(f"## {table.title}\n\n{report.markdown(table.columns, table.rows)}" for table in found)
-    files.write(folder / "tables.md", text.encode())
+    atomic.write(folder / "tables.md", text)
     for table in found:
         report.show(table.title, table.columns, table.rows)
     return note

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fieldrl.figures.files import write
+from fieldrl.runs.atomic import write
 from fieldrl.runs.identity import RESULTS
 from pipelines.calibration import needed, selection
 from pipelines.calibration.cases import judge
