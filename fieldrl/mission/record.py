@@ -172,8 +172,8 @@ def replicate_record(
     water, varies = water_of(best), mission.scenario.varies
     grid, theta = water.truth().grid, learning.values["theta"][best, -1]
     estimate = water.field(theta, mission.duration, grid)
-    used = mission.stop is not None
-    episodes = learning.dataset("", varies, used), evaluation.dataset("evaluation_", varies, used)
+    kept = varies, mission.stop is not None
+    episodes = learning.dataset("", *kept), evaluation.dataset("evaluation_", *kept)
     record = xr.merge(episodes, join="outer")
     record["pooled"] = (
         ("parameter",), pooled, {"units": "see parameter_unit", "long_name": "estimate from all samples"},
@@ -221,7 +221,7 @@ def combine(replicates: Sequence[xr.Dataset], mission: Mission) -> xr.Dataset:
         return record
     if not np.isfinite(record["field_true"]).any():  # of a model without a field
         return record
-    times = np.arange(1.0, mission.steps + 1.0) * mission.vehicle.time_step
+    times = np.array([(step + 1) * mission.vehicle.time_step for step in range(mission.steps)])
     return record.assign(field_course(mission.water.truth(), np.array(parameters.true), times))
 
 
