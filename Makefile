@@ -6,8 +6,9 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3 python;
 NO_PYTHON := fieldrl needs Python 3.11, 3.12 or 3.13 and found none. Install one of them, or name yours: make PYTHON=/path/to/python
 BIN := .venv/bin
 INSTALLED := .venv/.installed
-# Compiles the inner loops once, before all cores ask for them at the same time.
-WARM := $(BIN)/fieldrl episodes=2 steps=3 replicates=1 tracking=none force=true output_dir=.pytest_cache/warm
+# Compiles the inner loops of both experiments once, before all cores ask for the same ones at the same time.
+WARM := $(BIN)/fieldrl -m experiment=advection,double_gyre episodes=2 steps=3 replicates=1 tracking=none force=true \
+	output_dir=.pytest_cache/warm hydra/launcher=joblib
 
 .DEFAULT_GOAL := help
 .PHONY: help setup run paper contest test check docs ui clean
@@ -35,7 +36,7 @@ contest: $(INSTALLED)  ## every agent against every other: outputs/contest/index
 
 test: $(INSTALLED)  ## run all tests
 	@$(WARM) > /dev/null
-	@$(BIN)/python -m pytest -n auto --dist loadfile
+	@$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 check: $(INSTALLED)  ## lint, format, types, floors
 	@$(BIN)/ruff check .

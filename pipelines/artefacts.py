@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from fieldrl.figures import files
+from fieldrl.runs import atomic
 from pipelines.experiments import Found, Settings
 
 DPI = {"paper": 200, "small": 80}
@@ -83,9 +83,7 @@ def note(
 
 def put(settings: Settings, name: str, content: bytes) -> Path:
     """Write a file of outputs/paper/, whole or not at all; returns its path."""
-    settings.folder.mkdir(parents=True, exist_ok=True)
-    files.write(settings.folder / name, content)
-    return settings.folder / name
+    return atomic.write(settings.folder / name, content)
 
 
 def read(settings: Settings, name: str) -> dict[str, Any]:

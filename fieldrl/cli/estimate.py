@@ -19,8 +19,8 @@ from fieldrl.cli.compose import plain, unresolved
 from fieldrl.core.checks import FieldrlError
 from fieldrl.runs.configuration import Composed
 from fieldrl.runs.estimate_job import EstimateJob, perform
-from fieldrl.runs.folder import Run, tracked
-from fieldrl.runs.inventory import overrides_in
+from fieldrl.runs.folder import Run, text
+from fieldrl.runs.title import overrides_of
 
 _READER, _LOSS = "+observations=sample_file", "loss="
 _MODEL = re.compile(r"[+~]*(experiment|pde|unknown|estimator)\b")
@@ -96,7 +96,11 @@ def _experiment(file: str, overrides: Sequence[str]) -> list[str]:
         return []
     path = Path(file) / "record.nc" if Path(file).is_dir() else Path(file)
     name = path.parent.name.rpartition("-")[0] if path.name == "record.nc" else ""
-    kept = [word for word in overrides_in(path.parent) if name and _MODEL.match(word)]
+    kept = [
+        word
+        for word in overrides_of(text(path.parent / ".hydra" / "overrides.yaml"))
+        if name and _MODEL.match(word)
+    ]
     if any(word.startswith("experiment=") for word in kept):
         return kept
     from fieldrl.runs.options import options
@@ -110,31 +114,20 @@ def _experiment(file: str, overrides: Sequence[str]) -> list[str]:
 class Shown(terminal.Terminal):
     """An estimate on the terminal."""
 
+    reused = "made before"
+
     def beginning(self, run: Run, config: Mapping[str, Any], workers: int, continued: int) -> None:
         """One line: what is computed."""
         terminal.console().print(
             f"[bold]{run.name}[/]  {config['steps']} samples, {config['steps'] + 1} fits"
         )
 
-    def result(
-        self,
-        summary: Mapping[str, Any],
-        run: Run,
-        problem: str,
-        reused: bool = False,
-        continued: bool = False,
-    ) -> None:
-        """What became of the samples, the estimate, its errors, and where the files are."""
-        if reused:
-            terminal.console().print(f"[bold]{run.name}[/]  made before; force=true computes it again")
+    def outcome(self, summary: Mapping[str, Any]) -> None:
+        """What became of the samples, the estimate, its errors and the verdict."""
         for line in samples_lines(summary["samples"]):
             terminal.console().print(line, soft_wrap=True)
         terminal.console().print(_table(summary))
         terminal.console().print(summary["verdict"])
-        lines = {"time": f"{summary['seconds']:.1f} s", "files": terminal.near(run.folder)}
-        if tracked(run.folder):
-            lines["MLflow"] = terminal.ui_command(run.output_dir)
-        terminal.closing(lines, problem)
 
 
 def samples_lines(samples: Mapping[str, Any]) -> list[str]:

@@ -11,10 +11,10 @@ import sys
 from collections.abc import Callable, Sequence
 
 VERBS: dict[str, str] = {
-    "list": "fieldrl.cli.on_disk:list_runs",
-    "show": "fieldrl.cli.on_disk:show",
-    "report": "fieldrl.cli.pages:main",
-    "clean": "fieldrl.cli.on_disk:clean",
+    "list": "fieldrl.cli.list_show_clean:list_runs",
+    "show": "fieldrl.cli.list_show_clean:show",
+    "report": "fieldrl.cli.report:main",
+    "clean": "fieldrl.cli.list_show_clean:clean",
     "estimate": "fieldrl.cli.estimate:main",
     "suggest": "fieldrl.cli.suggest:main",
 }

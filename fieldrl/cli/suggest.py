@@ -11,6 +11,7 @@ import yaml
 from fieldrl.cli import help as help_text
 from fieldrl.cli import terminal
 from fieldrl.cli.estimate import Shown, estimate_job
+from fieldrl.cli.list_show_clean import words
 from fieldrl.core.checks import FieldrlError
 from fieldrl.mission.suggestion import Suggestion
 from fieldrl.runs import estimate_job as made
@@ -66,14 +67,8 @@ def _estimate(arguments: Sequence[str]) -> Run:
     rest = [word for word in arguments if word not in named]
     path = Path(named[0]).expanduser().resolve()
     given = [f"output_dir={path.parents[1]}"] if path.is_dir() else []
-    output_dir, _, _ = _words([*given, *rest])
+    output_dir, _, _ = words([*given, *rest], ())
     return inventory.named([path.name], output_dir)[0].run
-
-
-def _words(arguments: Sequence[str]) -> tuple[Path, list[str], set[str]]:
-    from fieldrl.cli.on_disk import words
-
-    return words(arguments, ())
 
 
 def _show(found: Suggestion, run: Run) -> None:

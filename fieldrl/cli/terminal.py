@@ -42,6 +42,8 @@ class Bar(Display):
 class Terminal(Bar):
     """Shows everything."""
 
+    reused = "finished before"
+
     def note(self, text: str) -> None:
         """One line on standard error."""
         note(text)
@@ -71,13 +73,17 @@ class Terminal(Bar):
     ) -> None:
         """The table of a result, and where its files are."""
         if reused:
-            console().print(f"[bold]{run.name}[/]  finished before; force=true computes it again")
-        outcome(summary)
+            console().print(f"[bold]{run.name}[/]  {self.reused}; force=true computes it again")
+        self.outcome(summary)
         how = ", continued after an interruption" if continued else ""
         lines = {"time": f"{summary['seconds']:.1f} s{how}", "files": near(run.folder)}
         if tracked(run.folder):
             lines["MLflow"] = ui_command(run.output_dir)
         closing(lines, problem)
+
+    def outcome(self, summary: Mapping[str, Any]) -> None:
+        """What a result means, then its numbers."""
+        outcome(summary)
 
 
 def outcome(summary: Mapping[str, Any]) -> None:

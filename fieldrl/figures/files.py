@@ -1,11 +1,9 @@
-"""Pictures on disk: whole or not at all, the same bytes for the same record, and a note of what was drawn."""
+"""Pictures on disk: the same bytes for the same record, and a note of what was drawn."""
 
 from __future__ import annotations
 
 import io
 import json
-import os
-import threading
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -31,11 +29,16 @@ def save(drawing: Figure, path: Path, record: xr.Dataset) -> Path:
 
 def save_noted(drawing: Figure, path: Path, note: Mapping[str, object]) -> Path:
     """Write the figure as PNG, and beside it ``note`` as JSON; returns the path."""
+    path.write_bytes(png(drawing))
+    path.with_suffix(".json").write_text(json.dumps(note, indent=2) + "\n")
+    return path
+
+
+def png(drawing: Figure) -> bytes:
+    """The content of a PNG file."""
     content = io.BytesIO()
     drawing.savefig(content, format="png", dpi=style.DPI, metadata={"Software": None})
-    write(path, content.getvalue())
-    write(path.with_suffix(".json"), (json.dumps(note, indent=2) + "\n").encode())
-    return path
+    return content.getvalue()
 
 
 def provenance(name: str, record: xr.Dataset) -> dict[str, object]:
@@ -47,13 +50,3 @@ def provenance(name: str, record: xr.Dataset) -> dict[str, object]:
         "keys": [str(attrs["key"])] if "key" in attrs else [],
         "version": str(attrs.get("version", "")),
     }
-
-
-def write(path: Path, content: bytes) -> None:
-    """Put ``content`` at ``path``: a reader sees the old file or the new one, never a part."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}")
-    try:
-        partial.write_bytes(content)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median, quantiles
@@ -123,7 +121,7 @@ def _effect(order: Sequence[Found], key: str) -> Effect:
     at, results = sweeps.ordered(list(groups), list(groups.values()))
     rows = [[value, str(len(found)), _spread(found)] for value, found in zip(at, results, strict=True)]
     drawing = sweeps.line_figure(key, at, results, "e_total, last quarter")
-    return Effect(key, rows, _picture(drawing, key, ""))
+    return Effect(key, rows, _picture(drawing, key))
 
 
 def _spread(values: Sequence[float]) -> str:
@@ -156,15 +154,14 @@ def _path(one: Found, label: str) -> Picture:
     """The best episode of its first replicate."""
     from fieldrl.figures.paths import best_path_figure
 
-    return _picture(best_path_figure(_record(one)), label, "")
+    return _picture(best_path_figure(_record(one)), label)
 
 
 def _record(one: Found) -> Any:
     return netcdf.read(one.run.folder / "record.nc", one.run.key)
 
 
-def _picture(drawing: Figure, heading: str, caption: str) -> Picture:
-    content = io.BytesIO()
-    drawing.savefig(content, format="png", dpi=drawing.dpi)
-    source = base64.b64encode(content.getvalue()).decode()
-    return run_page.Picture(heading, caption, f"data:image/png;base64,{source}")
+def _picture(drawing: Figure, heading: str, caption: str = "") -> Picture:
+    from fieldrl.figures.files import png
+
+    return run_page.Picture.drawn(png(drawing), heading, caption)

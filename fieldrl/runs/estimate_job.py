@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
-import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,7 +20,7 @@ from fieldrl.mission.from_samples import estimate, estimate_record
 from fieldrl.mission.summary import summarise
 from fieldrl.observations.sample_file import Reading, SampleFile
 from fieldrl.observations.usable import usable
-from fieldrl.runs import components, configuration, limits, netcdf, run_page, title, warning_lines
+from fieldrl.runs import components, configuration, limits, netcdf, warning_lines
 from fieldrl.runs.display import Display
 from fieldrl.runs.folder import Run
 from fieldrl.runs.identity import identity
@@ -98,15 +96,13 @@ def perform(given: EstimateJob, display: Display) -> dict[str, Any]:
     with warning_lines.told(display.note), run.held(display.waiting):
         summary = None if forced else run.summary()
         if summary is not None:
-            display.result(summary, run, _published(given), reused=True)
+            display.result(summary, run, given.job.publish(given.told()), reused=True)
             return summary
         return _compute(given, display)
 
 
 def _compute(given: EstimateJob, display: Display) -> dict[str, Any]:
     """Compute, write everything with the summary last, then tell the tracker."""
-    from fieldrl.figures import draw_run
-
     started, job, reading = time.time(), given.job, given.reading
     run = job.run
     run.tidy()
@@ -120,36 +116,18 @@ def _compute(given: EstimateJob, display: Display) -> dict[str, Any]:
     known = {"experiment": "estimate", "key": run.key, "seed": job.config["seed"], "version": __version__}
     record = estimate_record(found).assign_attrs(known)
     netcdf.write(record, run.folder / "record.nc")
-    for name, text in job.hydra.items():
-        run.write(f".hydra/{name}", text)
-    run.write("figures", functools.partial(draw_run, record))
-    head = {"experiment": "estimate", "key": run.key, "seed": job.config["seed"], "version": __version__}
+    job.draw(record)
     used = {"source": reading.source, "rows": reading.rows, "used": len(reading.samples)}
     used |= {"dropped": sum(reading.dropped.values()), "dropped_because": reading.dropped}
     noise = {"noise": found.noise, "noise_stated": found.noise_stated, "outliers": list(found.outliers)}
     expected = {"late_e_total": [found.errors.e_total], "greedy": []}
-    summary = head | summarise(record) | expected | noise
+    summary = known | summarise(record) | expected | noise
     used |= {"notes": list(reading.notes), "time_zero": reading.time_zero, "degrees": reading.degrees}
     summary |= {"samples": used, "seconds": round(time.time() - started, 3)}
     summary = _finite(summary) | {"record": run.record_digest()}
-    told, changed = given.told(), title.changes(job.overrides)
-    run.write(
-        "report.html", run_page.page(record, summary, run.folder, told["name"], told["command"], changed)
-    )
-    run.write("summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
-    job.checkpoints.remove()
-    display.result(summary, run, _published(given))
+    job.conclude(record, summary, given.told())
+    display.result(summary, run, job.publish(given.told(), again=job.config["force"]))
     return summary
-
-
-def _published(given: EstimateJob) -> str:
-    """Publish a finished estimate where that was not done; "" or a line that says what was not."""
-    job = given.job
-    if not job.config["force"] and not job.tracking.wanted(job.run.folder):
-        return ""
-    publisher = job.tracking.publisher(job.run.output_dir, job.run.experiment)
-    publisher.send("done", run=given.told())
-    return publisher.finish()
 
 
 def _key(config: Mapping[str, Any], reading: Reading) -> str:

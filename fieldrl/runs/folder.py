@@ -52,9 +52,18 @@ class ResultFolder:
         """Where its files are."""
         return self.output_dir / self.kind / self.name
 
-    def write(self, name: str, content: str | Callable[[Path], Any]) -> Path:
+    def write(self, name: str, content: str | bytes | Callable[[Path], Any]) -> Path:
         """Write a file or folder of it, complete or not at all; see ``atomic.write``."""
         return atomic.write(self.folder / name, content)
+
+    @property
+    def lock(self) -> FileLock:
+        """The lock of who works on it.
+
+        Raises:
+            InvalidValue: the output folder cannot be written.
+        """
+        return FileLock(lock_folder(self.output_dir) / f"{self.name}.lock")
 
     @contextmanager
     def held(self, waiting: Callable[[str, str], Any]) -> Iterator[bool]:
@@ -69,13 +78,13 @@ class ResultFolder:
         Raises:
             InvalidValue: the output folder cannot be written.
         """
-        folder, waited = lock_folder(self.output_dir), False
-        lock, holder = FileLock(folder / f"{self.name}.lock"), folder / f"{self.name}.holder"
+        lock, waited = self.lock, False
+        holder = Path(lock.lock_file).with_suffix(".holder")
         try:
             lock.acquire(timeout=0)
         except Timeout:
             waited = True
-            waiting(self.name, _text(holder))
+            waiting(self.name, text(holder))
             lock.acquire()
         try:
             with suppress(OSError):
@@ -150,7 +159,7 @@ def lock_folder(output_dir: Path) -> Path:
     return folder
 
 
-def _text(path: Path) -> str:
+def text(path: Path) -> str:
     """What a small file says; nothing where it cannot be read."""
     try:
         return path.read_text()

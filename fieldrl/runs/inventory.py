@@ -9,12 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-from filelock import FileLock, Timeout
+from filelock import Timeout
 
 from fieldrl.core.checks import FieldrlError
-from fieldrl.runs.folder import Run, json_of, lock_folder
-from fieldrl.runs.title import changes, command, title
+from fieldrl.runs.folder import Run, json_of, text
+from fieldrl.runs.title import changes, command, overrides_of, title
 
 
 @dataclass(frozen=True)
@@ -85,7 +84,7 @@ def jobs(folder: Path) -> list[str]:
 def held(run: Run) -> bool:
     """Whether a process works on a run."""
     try:
-        with FileLock(_lock(run), timeout=0):
+        with run.lock.acquire(timeout=0):
             return False
     except Timeout:
         return True
@@ -94,7 +93,7 @@ def held(run: Run) -> bool:
 def remove(run: Run) -> bool:
     """Remove a run's folder, unless a process works on it; whether it was removed."""
     try:
-        with FileLock(_lock(run), timeout=0):
+        with run.lock.acquire(timeout=0):
             shutil.rmtree(run.folder)
     except Timeout:
         return False
@@ -121,20 +120,8 @@ def _found(folder: Path, output_dir: Path) -> Found:
     experiment, _, key = folder.name.rpartition("-")
     summary = json_of(folder / "summary.json")
     finished = summary.get("finished") and summary.get("key") == key
-    return Found(Run(experiment, key, output_dir), summary if finished else {}, overrides_in(folder))
-
-
-def overrides_in(folder: Path) -> tuple[str, ...]:
-    """What a run was asked for with, as Hydra kept it; nothing where it has not come that far."""
-    try:
-        kept = yaml.safe_load((folder / ".hydra" / "overrides.yaml").read_text()) or ()
-    except (OSError, yaml.YAMLError):
-        return ()
-    return tuple(str(override) for override in kept) if isinstance(kept, list) else ()
-
-
-def _lock(run: Run) -> Path:
-    return lock_folder(run.output_dir) / f"{run.name}.lock"
+    overrides = overrides_of(text(folder / ".hydra" / "overrides.yaml"))
+    return Found(Run(experiment, key, output_dir), summary if finished else {}, overrides)
 
 
 def _touched(folder: Path) -> float:

@@ -64,7 +64,7 @@ class Job:
     @property
     def overrides(self) -> tuple[str, ...]:
         """What it was asked for with."""
-        return title.overrides_of(self.hydra)
+        return title.overrides_of(self.hydra.get("overrides.yaml", ""))
 
     def told(self, label: str = "", name: str = "") -> dict[str, Any]:
         """What a tracker hears of the run.
@@ -86,6 +86,36 @@ class Job:
             "afresh": config["force"],
         }
 
+    def publisher(self) -> Publisher:
+        """Who is told of this run."""
+        return self.tracking.publisher(self.run.output_dir, self.run.experiment)
+
+    def draw(self, record: xr.Dataset) -> None:
+        """Write what Hydra knows of it, and its pictures."""
+        from fieldrl.figures import draw_run
+
+        for name, text in self.hydra.items():
+            self.run.write(f".hydra/{name}", text)
+        self.run.write("figures", functools.partial(draw_run, record))
+
+    def conclude(self, record: xr.Dataset, summary: Mapping[str, Any], told: Mapping[str, Any]) -> None:
+        """Write its page and, last of all, its summary."""
+        from fieldrl.runs import run_page
+
+        changed = title.changes(self.overrides)
+        page = run_page.page(record, summary, self.run.folder, told["name"], told["command"], changed)
+        self.run.write("report.html", page)
+        self.run.write("summary.json", json.dumps(summary, indent=2) + "\n")
+        self.checkpoints.remove()
+
+    def publish(self, told: Mapping[str, Any], again: bool = False) -> str:
+        """Publish it, finished, where that was not done; "" or a line that says what was not."""
+        if not again and not self.tracking.wanted(self.run.folder):
+            return ""
+        publisher = self.publisher()
+        publisher.send("done", run=told)
+        return publisher.finish()
+
 
 def perform(job: Job, display: Display) -> dict[str, Any]:
     """Do a run, or find it done; show its result.
@@ -101,7 +131,7 @@ def perform(job: Job, display: Display) -> dict[str, Any]:
 def _perform(job: Job, display: Display) -> dict[str, Any]:
     """Build everything, then compute, unless another process has just done so."""
     started = time.time()
-    publisher = job.tracking.publisher(job.run.output_dir, job.run.experiment)
+    publisher = job.publisher()
     publisher.start()
     try:
         mission = components.mission(job.config, job.checkpoints.solves)
@@ -118,8 +148,7 @@ def _compute(
     job: Job, mission: Mission, publisher: Publisher, display: Display, started: float
 ) -> dict[str, Any]:
     """Compute, write everything with the summary last, then end the tracking."""
-    from fieldrl.figures import draw_run
-    from fieldrl.runs import netcdf, run_page
+    from fieldrl.runs import netcdf
 
     run, config, checkpoints = job.run, job.config, job.checkpoints
     run.tidy()
@@ -134,15 +163,9 @@ def _compute(
         replicates = Replicates(mission, config["seed"], config["replicates"], checkpoints, started)
         record = _record(job, replicates, publisher, display)
         netcdf.write(record, run.folder / "record.nc")
-    for name, text in job.hydra.items():
-        run.write(f".hydra/{name}", text)
-    run.write("figures", functools.partial(draw_run, record))
+    job.draw(record)
     summary = _summary(job, record, round(time.time() - started, 3))
-    name, command = job.told()["name"], job.told()["command"]
-    changed = title.changes(job.overrides)
-    run.write("report.html", run_page.page(record, summary, run.folder, name, command, changed))
-    run.write("summary.json", json.dumps(summary, indent=2) + "\n")
-    checkpoints.remove()
+    job.conclude(record, summary, job.told())
     publisher.send("done", run=job.told())
     display.result(summary, run, publisher.finish(), continued=bool(kept))
     return summary
@@ -180,11 +203,6 @@ def _summary(job: Job, record: xr.Dataset, seconds: float) -> dict[str, Any]:
 
 def _reuse(job: Job, summary: dict[str, Any], display: Display) -> dict[str, Any]:
     """Show a finished run; publish it where that was not done."""
-    problem = ""
     job.checkpoints.remove()
-    if job.tracking.wanted(job.run.folder):
-        publisher = job.tracking.publisher(job.run.output_dir, job.run.experiment)
-        publisher.send("done", run=job.told())
-        problem = publisher.finish()
-    display.result(summary, job.run, problem, reused=True)
+    display.result(summary, job.run, job.publish(job.told()), reused=True)
     return summary

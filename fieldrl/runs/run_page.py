@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fieldrl.runs import meaning, title
+from fieldrl.runs.folder import text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +28,16 @@ _FIGURES = {
     ),
     "learning_curve": ("Learning", "Return and total error of every episode."),
     "field_error": ("The field", "True and estimated field at the final time, and their difference."),
+    "field_std": (
+        "How well the field is known",
+        "Standard deviation of the best episode's estimated field at the final time, by the fields that "
+        "explain its samples.",
+    ),
+    "regions": (
+        "What the samples tell together",
+        "Joint regions of the unknowns that hold the truth with 50 and 95 %, about every solution that fits.",
+    ),
+    "samples_used": ("Samples used", "How many each episode took until its intervals were narrow enough."),
     "convergence": (
         "Convergence of the fits",
         "Regret of each fit, its best loss so far over the least that it finds, against its forward solves. "
@@ -63,8 +74,12 @@ class Picture:
     def of(cls, path: Path) -> Picture:
         """A PNG file; one that is not known by name has its name as heading."""
         heading, caption = _FIGURES.get(path.stem, (path.stem.replace("_", " ").capitalize(), ""))
-        content = base64.b64encode(path.read_bytes()).decode()
-        return cls(heading, caption, f"data:image/png;base64,{content}")
+        return cls.drawn(path.read_bytes(), heading, caption)
+
+    @classmethod
+    def drawn(cls, png: bytes, heading: str, caption: str = "") -> Picture:
+        """The content of a PNG file."""
+        return cls(heading, caption, f"data:image/png;base64,{base64.b64encode(png).decode()}")
 
 
 def page(
@@ -102,7 +117,7 @@ def page(
         course=_embedded(moving_course(record)) if has_course(record) else "",
         pictures=pictures(folder / "figures"),
         changed=changed,
-        configuration=_text(folder / ".hydra" / "config.yaml"),
+        configuration=text(folder / ".hydra" / "config.yaml"),
         provenance=_provenance(summary),
         command=command,
     )
@@ -146,8 +161,3 @@ def _embedded(content: Mapping[str, Any]) -> Markup:
     from markupsafe import Markup
 
     return Markup(json.dumps(content).replace("<", "\\u003c"))
-
-
-def _text(path: Path) -> str:
-    """What a file says; nothing where there is none."""
-    return path.read_text() if path.is_file() else ""

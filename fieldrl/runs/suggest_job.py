@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,7 @@ def perform(run: Run, wanted: Mapping[str, Any]) -> Suggestion:
     Raises:
         FieldrlError: there is no such estimate, or a setting is refused.
     """
-    from fieldrl.figures.files import save
+    from fieldrl.figures import files
     from fieldrl.figures.suggestions import suggestion_figure
 
     record = netcdf.read(run.folder / "record.nc", run.key)
@@ -45,10 +46,9 @@ def perform(run: Run, wanted: Mapping[str, Any]) -> Suggestion:
     places = reader.places(wanted["places"]) if wanted.get("places") else None
     found = suggest(record, components.model(config), **{**wanted, "places": places})
     run.write(TABLE, _table(found, reader, (run.summary() or {}).get("samples", {})))
-    drawn = suggestion_figure(found)
-    folder = run.folder / "figures"
-    folder.mkdir(exist_ok=True)
-    save(drawn, folder / PICTURE, record)
+    note = files.provenance(PICTURE, record)
+    run.write(f"figures/{PICTURE}", files.png(suggestion_figure(found)))
+    run.write(f"figures/{Path(PICTURE).stem}.json", json.dumps(note, indent=2) + "\n")
     return found
 
 

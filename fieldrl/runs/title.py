@@ -43,10 +43,13 @@ def short(keys: Sequence[str]) -> dict[str, str]:
     return {key: name if last.count(name) == 1 else key for key, name in zip(keys, last, strict=True)}
 
 
-def overrides_of(hydra: Mapping[str, str]) -> tuple[str, ...]:
-    """The overrides that a run was asked for with, from what Hydra knows of it (``.hydra/`` by file name)."""
-    found = yaml.safe_load(hydra.get("overrides.yaml", "")) or ()
-    return tuple(str(override) for override in found)
+def overrides_of(text: str) -> tuple[str, ...]:
+    """The overrides that a run was asked for with, from the text of ``.hydra/overrides.yaml``."""
+    try:
+        found = yaml.safe_load(text)
+    except yaml.YAMLError:  # a killed run's
+        return ()
+    return tuple(str(override) for override in found) if isinstance(found, list) else ()
 
 
 def command(experiment: str, overrides: Iterable[str]) -> str:

@@ -111,7 +111,8 @@ class SweepJob:
 
     def told(self, experiment: str) -> dict[str, Any]:
         """What the tracker hears of it; ``experiment``: the sweep's, for a job that is refused."""
-        label, name = " ".join(self.overrides), title.title("", self.varied)
+        label, changed = " ".join(self.overrides), self.varied or title.changes(self.overrides)
+        name = title.title("", changed)  # the only job of a sweep, where nothing varies, by all that it is
         if self.job is not None:
             return self.job.told(label, name)
         known = {"label": label, "experiment": experiment, "name": name}

@@ -34,7 +34,7 @@ class Fieldrl(Sweeper):
     ) -> Any:
         """The sweep, with the workers of the launcher that was chosen."""
         from fieldrl.cli import launchers
-        from fieldrl.cli.composer import Composer
+        from fieldrl.cli.compose_jobs import Composer
         from fieldrl.cli.sweep_terminal import SweepTerminal
         from fieldrl.sweeps.execution import Execution
 

@@ -41,9 +41,9 @@ from fieldrl.estimator.gaussian_process import GaussianProcess
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.ledger import Ledger
 from fieldrl.estimator.problem import Fit, FitProblem
-from fieldrl.figures.files import write
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.pde.solutions import Solutions
+from fieldrl.runs.atomic import write
 from fieldrl.vehicle.unicycle import Unicycle
 from pipelines import report
 from pipelines.benchmarks import botorch_fit

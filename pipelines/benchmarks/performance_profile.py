@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fieldrl.figures import style
-from fieldrl.figures.files import write
+from fieldrl.runs.atomic import write
 
 _COLOURS = (style.VERMILLION, style.BLUE, "#56B4E9", "#009E73", style.GREY, "#CC79A7", "#E69F00")
 _LIMIT = 150

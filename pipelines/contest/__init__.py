@@ -1,1 +1,8 @@
-"""The contest of agents: ``python -m pipelines.contest``."""
+"""The contest: every agent against every other; ``make contest`` holds it.
+
+- ``cases``: agents, places and scales
+- ``figures``: the contest as pictures
+- ``missions``: training and test missions of a case, in parts that are kept
+- ``page``: the page outputs/contest/index.html
+- ``statistics``: shares with their intervals, medians, comparisons
+"""

@@ -1,4 +1,6 @@
-"""The contest of agents: ``python -m pipelines.contest [scale=small] [output_dir=FOLDER] [jobs=N]``.
+"""Every agent against every other: missions at several places, what they cost and what they leave unknown.
+
+python -m pipelines.contest [scale=small] [output_dir=FOLDER] [jobs=N]
 
 A case is one agent at one place; it is kept in parts/ when it is done, and the same command goes on.
 """

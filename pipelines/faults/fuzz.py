@@ -137,14 +137,14 @@ def judged(case: Case, seen: Seen) -> str:
     return "refused"
 
 
-def measure(count: int, seed: int, jobs: int) -> list[tuple[Case, Seen, str]]:
-    """All cases with what was seen of them."""
+def measure(count: int, seed: int, jobs: int) -> Iterator[tuple[Case, Seen, str]]:
+    """All cases with what was seen of them, as they end."""
     todo, folder = list(cases(count, seed)), Path(tempfile.mkdtemp(prefix="fieldrl-fuzz-"))
     try:
-        seen = fuzz_workers.run([(case.arguments, case.alone) for case in todo], folder, jobs)
+        for number, seen in fuzz_workers.run([(case.arguments, case.alone) for case in todo], folder, jobs):
+            yield todo[number], seen, judged(todo[number], seen)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    return [(case, one, judged(case, one)) for case, one in zip(todo, seen, strict=True)]
 
 
 def _walk(node: Any, path: str = "") -> Iterator[tuple[str, Any]]:
@@ -192,18 +192,17 @@ def _key(override: str) -> str:
 
 
 def main() -> None:
-    """Run, print what became of the cases and every one that is not as it should be."""
+    """Run; print every case that is not as it should be, then what became of all of them."""
     options = {"cases": 2000, "seed": 0, "jobs": 2}
     options |= {key: int(value) for key, _, value in (item.partition("=") for item in sys.argv[1:])}
-    found = measure(options["cases"], options["seed"], options["jobs"])
+    found, bad = [], []
+    for case, seen, verdict in measure(options["cases"], options["seed"], options["jobs"]):
+        found.append((case, seen, verdict))
+        if verdict not in fuzz_workers.GOOD:
+            known = {"verdict": verdict, "arguments": case.arguments, "said": seen.errors, "left": seen.left}
+            bad.append(known)
+            print(json.dumps(known, ensure_ascii=False), flush=True)
     counts = Counter(verdict for *_, verdict in found)
-    bad = [
-        {"verdict": verdict, "arguments": case.arguments, "said": seen.errors, "left": seen.left}
-        for case, seen, verdict in found
-        if verdict not in fuzz_workers.GOOD
-    ]
-    for one in bad:
-        print(json.dumps(one, ensure_ascii=False))
     rows: list[tuple[str, Any]] = [(what, counts[verdict]) for verdict, what in fuzz_workers.VERDICTS.items()]
     case, seen, _ = max(found, key=lambda one: one[1].seconds)
     rows.append((f"seconds of the slowest, {' '.join(case.hostile)}", f"{seen.seconds:.1f}"))

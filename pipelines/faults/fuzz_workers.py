@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from multiprocessing import get_context
@@ -90,8 +90,8 @@ class _Worker:
         self.process.join()
 
 
-def run(tasks: Sequence[tuple[Sequence[str], bool]], folder: Path, jobs: int) -> list[Seen]:
-    """Run command lines, each in an empty folder, and tell what was seen of each.
+def run(tasks: Sequence[tuple[Sequence[str], bool]], folder: Path, jobs: int) -> Iterator[tuple[int, Seen]]:
+    """Run command lines, each in an empty folder; yield the number of each, and what was seen, when it ends.
 
     Args:
         tasks: command line, and whether it is a command of its own.
@@ -99,7 +99,6 @@ def run(tasks: Sequence[tuple[Sequence[str], bool]], folder: Path, jobs: int) ->
         jobs: worker processes.
     """
     _warm()
-    seen: dict[int, Seen] = {}
     waiting = list(enumerate(tasks))[::-1]
     workers = [_Worker.start(folder) for _ in range(min(jobs, len(tasks)))]
     for worker in workers:
@@ -110,7 +109,7 @@ def run(tasks: Sequence[tuple[Sequence[str], bool]], folder: Path, jobs: int) ->
             found = worker.result()
             if found is None:
                 continue
-            seen[worker.number] = found
+            yield worker.number, found
             if found.verdict in ("time-out", "died"):
                 worker.end()
                 workers[place] = worker = _Worker.start(folder)
@@ -119,7 +118,6 @@ def run(tasks: Sequence[tuple[Sequence[str], bool]], folder: Path, jobs: int) ->
             else:
                 worker.end()
                 del workers[place]
-    return [seen[number] for number in range(len(tasks))]
 
 
 def _serve(pipe: Connection, folder: Path) -> None:
@@ -157,7 +155,7 @@ def _here(arguments: Sequence[str], path: Path) -> Seen:
     """In this process."""
     from fieldrl.cli.main import main
 
-    with _redirected(path), _without_long_runs(), _without_figures():
+    with _redirected(path), _without_long_runs(), without_figures():
         try:
             status, verdict = main(list(arguments)), ""
         except Long:
@@ -214,7 +212,7 @@ def _without_long_runs():
 
 
 @contextmanager
-def _without_figures():
+def without_figures():
     """The pictures of a run take longer than the run; a command of its own draws them."""
     from fieldrl import figures
 

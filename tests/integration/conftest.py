@@ -1,4 +1,4 @@
-"""What the tests of whole runs share: a small run, by subprocess or in this process."""
+"""What the tests of whole runs share: a small run, by a process of its own or in this one."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import pytest
+
+from pipelines.faults.fuzz_workers import without_figures
+from tests.integration import forked
 
 _BUDGET = ("episodes=3", "steps=4", "evaluation_episodes=2", "replicates=2")
 SMALL = ("experiment=advection", *_BUDGET)
@@ -19,8 +22,15 @@ UNTRACKED = (*SMALL, "tracking=none")
 SMALLEST = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=1", "tracking=none")
 
 
-def fieldrl(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """The command, as a user runs it in ``folder``."""
+def fieldrl(
+    folder: Path, *arguments: str, figures: bool = False, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """The command in ``folder``, forked from a process that has imported everything."""
+    return forked.command(folder, arguments, environment, figures)
+
+
+def fieldrl_anew(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """The command, as a user starts it in ``folder``."""
     return subprocess.run(
         [sys.executable, "-m", "fieldrl.cli.main", *arguments],
         cwd=folder, capture_output=True, text=True, env=os.environ | environment, check=False, timeout=300,
@@ -55,8 +65,9 @@ def run_here(tmp_path, monkeypatch, capfd) -> Callable[..., tuple[int, str, str]
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
 
-    def run(*arguments: str) -> tuple[int, str, str]:
-        status = main(["parallel=serial", *arguments])
+    def run(*arguments: str, figures: bool = False) -> tuple[int, str, str]:
+        with nullcontext() if figures else without_figures():
+            status = main(["parallel=serial", *arguments])
         return status, *capfd.readouterr()
 
     return run

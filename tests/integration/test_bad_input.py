@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from fieldrl.cli.main import main
+from tests.integration.conftest import fieldrl, fieldrl_anew
 
 # command line, what the message must hold
 CASES = {
@@ -151,22 +149,15 @@ def test_a_grid_of_the_estimator_that_memory_cannot_hold_is_refused(tmp_path, mo
     assert list(tmp_path.iterdir()) == []
 
 
-def run(arguments: list[str], folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "fieldrl.cli.main", *arguments],
-        cwd=folder, capture_output=True, text=True, env=os.environ | environment, check=False,
-    )  # fmt: skip
-
-
 def test_two_wrong_values_are_refused_one_at_a_time(tmp_path):
-    finished = run(["seed=-1", "steps=0"], tmp_path)
+    finished = fieldrl(tmp_path, "seed=-1", "steps=0")
     assert finished.returncode == 1
     check_message(finished.stderr, ["=", "must be"])
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_traceback_is_shown_where_it_is_asked_for(tmp_path):
-    finished = run(["vehicle.max_speed=-1"], tmp_path, HYDRA_FULL_ERROR="1")
+    finished = fieldrl_anew(tmp_path, "vehicle.max_speed=-1", HYDRA_FULL_ERROR="1")
     assert finished.returncode == 1
     assert "Traceback" in finished.stderr
     assert "vehicle.max_speed=-1" in finished.stderr

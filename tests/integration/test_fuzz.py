@@ -8,7 +8,7 @@ from pipelines.faults import fuzz, fuzz_workers
 from pipelines.faults.fuzz import Case, cases, judged
 from pipelines.faults.fuzz_workers import Seen
 
-SLICE = 40
+SLICE = 25
 CASE = Case(("experiment=advection",), ("pde.domain.upper=[1,2]",), alone=False)
 
 

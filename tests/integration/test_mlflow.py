@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import fieldrl as fieldrl_package
-from tests.integration.conftest import SMALL, begun, fieldrl, summary
+from tests.integration.conftest import SMALL, begun, fieldrl, fieldrl_anew, summary
 
 
 def query(folder: Path, text: str) -> list[tuple]:
@@ -24,7 +24,8 @@ def query(folder: Path, text: str) -> list[tuple]:
 def tracked(tmp_path_factory) -> Path:
     """The folder of a small tracked run with two replicates."""
     folder = tmp_path_factory.mktemp("tracked")
-    finished = fieldrl(folder, *SMALL, MLFLOW_RUN_ID="0" * 32, MLFLOW_EXPERIMENT_NAME="elsewhere")
+    stale = {"MLFLOW_RUN_ID": "0" * 32, "MLFLOW_EXPERIMENT_NAME": "elsewhere"}
+    finished = fieldrl_anew(folder, *SMALL, **stale)
     assert finished.returncode == 0, finished.stderr
     assert finished.stderr == ""
     assert "MLflow" in finished.stdout

@@ -8,6 +8,7 @@ import pytest
 
 from pipelines import experiments
 from pipelines.experiments import Settings
+from pipelines.faults.fuzz_workers import without_figures
 from pipelines.paper import listing as paper
 from pipelines.paper import page
 
@@ -15,8 +16,9 @@ from pipelines.paper import page
 @pytest.fixture(scope="module")
 def made(tmp_path_factory) -> Settings:
     """Everything, made once."""
-    settings = Settings(scale="small", output_dir=str(tmp_path_factory.mktemp("outputs")))
-    paper.make(settings)
+    settings = Settings(scale="small", output_dir=str(tmp_path_factory.mktemp("outputs")), jobs=1)
+    with without_figures():  # those of each run; the paper's are drawn
+        paper.make(settings)
     return settings
 
 

@@ -13,7 +13,7 @@ import time
 import pytest
 import xarray as xr
 
-from tests.integration.conftest import SMALL, UNTRACKED, begun, fieldrl, summary
+from tests.integration.conftest import SMALL, UNTRACKED, begun, fieldrl, fieldrl_anew, summary
 
 SCHEMA = {
     "experiment", "key", "seed", "replicates", "episodes", "steps", "finished", "seconds", "version",
@@ -29,7 +29,7 @@ def record(folder, output_dir="outputs") -> xr.Dataset:
 
 
 def test_a_run_leaves_its_five_things_and_nothing_else(run_here, tmp_path):
-    status, output, errors = run_here(*UNTRACKED)
+    status, output, errors = run_here(*UNTRACKED, figures=True)
     assert (status, errors) == (0, "")
     (folder,) = (tmp_path / "outputs" / "runs").iterdir()
     left = {".hydra", "record.nc", "summary.json", "figures", "report.html"}
@@ -173,7 +173,7 @@ def test_a_job_of_a_sweep_that_fails_does_not_stop_the_others(tmp_path):
 
 
 def test_the_command_works_where_the_configuration_is_not(tmp_path):
-    finished = fieldrl(tmp_path, "--cfg", "job")
+    finished = fieldrl_anew(tmp_path, "--cfg", "job")
     assert finished.returncode == 0
     assert "max_speed: 10.0" in finished.stdout
     assert list(tmp_path.iterdir()) == []
@@ -181,7 +181,7 @@ def test_the_command_works_where_the_configuration_is_not(tmp_path):
 
 def test_help_names_groups_options_and_keys_in_half_a_second_of_processor_time(tmp_path):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    finished = fieldrl(tmp_path, "--help")
+    finished = fieldrl_anew(tmp_path, "--help")
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     words = ("agent", "sarsa_lambda", "lawnmower", "experiment", "episodes", "output_dir", "-m")
     assert all(word in finished.stdout for word in words)

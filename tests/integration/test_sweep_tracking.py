@@ -82,10 +82,16 @@ def test_two_sweeps_that_share_a_run_both_have_it(tmp_path):
     for seeds in ("0,1", "1"):
         finished = fieldrl(tmp_path, "-m", *TINY, "replicates=1", f"seed={seeds}")
         assert finished.returncode == 0, finished.stderr
-    sweeps = tree(tmp_path)
-    assert sorted(len(jobs) for _, jobs in sweeps.values()) == [1, 2]
-    first, second = (set(jobs) for _, jobs in sweeps.values())
+    keys: dict[str, set[str]] = {}
+    for (run,) in query(tmp_path, "select run_uuid from runs"):
+        found = tags(tmp_path, run)
+        if "job" in found:
+            keys.setdefault(found["mlflow.parentRunId"], set()).add(found["key"])
+    first, second = keys.values()
+    assert sorted([len(first), len(second)]) == [1, 2]
     assert len(first & second) == 1
+    names = {name for _, jobs in tree(tmp_path).values() for name in jobs}
+    assert names == {"seed=0", "seed=1", "episodes=2 steps=3 evaluation_episodes=1 replicates=1 seed=1"}
 
 
 def test_a_sweep_over_experiments_has_every_run_in_its_own_and_adopts_what_was_tracked_before(tmp_path):

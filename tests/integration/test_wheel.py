@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -32,7 +33,20 @@ def installed(wheel, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("installed")
     install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target"]
     subprocess.run([*install, str(folder), str(wheel)], check=True, capture_output=True)
+    _lend_compiled_loops(folder)
     return folder
+
+
+def _lend_compiled_loops(folder: Path) -> None:
+    """Give the installed files, which are those of the checkout, what the checkout has compiled of them."""
+    for source in (ROOT / "fieldrl").rglob("*.py"):
+        copy, times = folder / source.relative_to(ROOT), source.stat()
+        assert copy.read_bytes() == source.read_bytes()
+        os.utime(copy, ns=(times.st_atime_ns, times.st_mtime_ns))  # by which numba knows a file
+    for compiled in (ROOT / "fieldrl").rglob("__pycache__/*.nb[ic]"):
+        place = folder / compiled.relative_to(ROOT)
+        place.parent.mkdir(exist_ok=True)
+        shutil.copy(compiled, place)
 
 
 def command(installed: Path, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -70,3 +71,22 @@ def test_an_option_of_a_group_is_a_file_of_its_room(option):
     assert (ROOT.parent / module.replace(".", "/")).with_suffix(".py").exists()
     targets = [line for line in option.read_text().splitlines() if line.startswith("_target_: ")]
     assert [line.rpartition(".")[0] for line in targets] == [f"_target_: {module}"]
+
+
+PLACES = [
+    found.partition(": ")
+    for found in re.findall(
+        r"`([\w/]+\.py(?:: \w+)?)`", (ROOT.parent / "docs" / "architecture.md").read_text()
+    )
+    if "NAME" not in found
+]
+
+
+def test_the_architecture_names_files_and_functions_that_there_are():
+    assert len(PLACES) > 40
+    for place, _, name in PLACES:
+        files = [folder / place for folder in (ROOT, ROOT.parent) if (folder / place).exists()]
+        files = files or [path for path in ROOT.rglob(Path(place).name) if str(path).endswith(place)]
+        assert files, place
+        defined = re.compile(rf"^ *(?:def |class )?{name}\b", re.MULTILINE)
+        assert not name or any(defined.search(path.read_text()) for path in files), f"{place}: {name}"

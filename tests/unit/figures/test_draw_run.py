@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 from matplotlib.image import imread
 
-from fieldrl.figures import draw_run, files, style
+from fieldrl.figures import draw_run, style
 
 NAMES = ["course.png", "path.png", "learning_curve.png", "field_error.png", "residuals.png"]
 
@@ -99,17 +99,3 @@ def test_a_run_whose_fits_all_failed_is_drawn(make_record, tmp_path):
     record["field_estimate"][:] = np.nan
 
     assert len(draw_run(record, tmp_path)) == len(NAMES)
-
-
-def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "path.png"
-    files.write(path, b"old")
-
-    def fail(*_):
-        raise OSError("disk full")
-
-    monkeypatch.setattr(files.os, "replace", fail)
-    with pytest.raises(OSError, match="disk full"):
-        files.write(path, b"new")
-    assert path.read_bytes() == b"old"
-    assert list(tmp_path.iterdir()) == [path]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fieldrl.cli import terminal
-from fieldrl.cli.on_disk import words
+from fieldrl.cli.list_show_clean import words
 from fieldrl.core.checks import FieldrlError
 from fieldrl.runs import atomic, comparison, inventory, netcdf, run_page, title
 from fieldrl.runs.identity import key

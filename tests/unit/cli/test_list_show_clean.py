@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 
-from fieldrl.cli import on_disk, pages
+from fieldrl.cli import list_show_clean, report
 from fieldrl.core.checks import FieldrlError
 
 SUMMARY = {
@@ -35,7 +35,7 @@ def outputs(tmp_path: Path) -> Path:
 
 
 def test_list_tells_finished_from_unfinished_runs(outputs, capsys):
-    on_disk.list_runs([f"output_dir={outputs}"])
+    list_show_clean.list_runs([f"output_dir={outputs}"])
     said = capsys.readouterr().out
     assert "gyre seed=3 lawnmower" in said
     assert "mu 0.2497" in said
@@ -44,12 +44,12 @@ def test_list_tells_finished_from_unfinished_runs(outputs, capsys):
 
 
 def test_list_of_nothing_says_so(tmp_path, capsys):
-    on_disk.list_runs([f"output_dir={tmp_path}"])
+    list_show_clean.list_runs([f"output_dir={tmp_path}"])
     assert "no runs in" in capsys.readouterr().out
 
 
 def test_show_takes_the_beginning_of_a_key(outputs, capsys):
-    on_disk.show([f"output_dir={outputs}", "aa"])
+    list_show_clean.show([f"output_dir={outputs}", "aa"])
     said = capsys.readouterr().out
     assert "All 100 samples give mu = 0.2497." in said
     assert "fieldrl experiment=gyre seed=3 agent=lawnmower" in said
@@ -61,18 +61,18 @@ def test_show_takes_the_beginning_of_a_key(outputs, capsys):
 )
 def test_show_says_why_it_cannot(outputs, words, message):
     with pytest.raises(FieldrlError, match=message):
-        on_disk.show([f"output_dir={outputs}", *words])
+        list_show_clean.show([f"output_dir={outputs}", *words])
 
 
 def test_clean_removes_unfinished_runs_only(outputs):
-    on_disk.clean([f"output_dir={outputs}", "--yes"])
+    list_show_clean.clean([f"output_dir={outputs}", "--yes"])
     assert [path.name for path in (outputs / "runs").iterdir()] == ["gyre-aaaaaaaaaa"]
 
 
 def test_clean_never_removes_a_run_that_is_held(outputs, capsys):
     (outputs / ".locks").mkdir(exist_ok=True)
     with FileLock(outputs / ".locks" / "gyre-bbbbbbbbbb.lock"):
-        on_disk.clean([f"output_dir={outputs}", "--yes"])
+        list_show_clean.clean([f"output_dir={outputs}", "--yes"])
     assert "it stays" in capsys.readouterr().out
     assert (outputs / "runs" / "gyre-bbbbbbbbbb").exists()
 
@@ -80,13 +80,13 @@ def test_clean_never_removes_a_run_that_is_held(outputs, capsys):
 def test_clean_removes_nothing_where_nobody_can_agree(outputs, monkeypatch):
     monkeypatch.setattr("sys.stdin.isatty", lambda: False, raising=False)
     with pytest.raises(FieldrlError, match="--yes"):
-        on_disk.clean([f"output_dir={outputs}"])
+        list_show_clean.clean([f"output_dir={outputs}"])
     assert (outputs / "runs" / "gyre-bbbbbbbbbb").exists()
 
 
 def test_an_option_that_is_not_there_is_refused(outputs):
     with pytest.raises(FieldrlError, match="output_dir=FOLDER"):
-        on_disk.clean(["--force"])
+        list_show_clean.clean(["--force"])
 
 
 def test_report_of_several_runs_and_of_a_sweep(outputs, capsys):
@@ -96,7 +96,7 @@ def test_report_of_several_runs_and_of_a_sweep(outputs, capsys):
         "job,status,run\n0,finished,gyre-aaaaaaaaaa\n1,failed,gyre-bbbbbbbbbb\n"
     )
 
-    pages.main(["gyre-sweep", f"output_dir={outputs}"])
+    report.main(["gyre-sweep", f"output_dir={outputs}"])
 
     assert "gyre seed=3 lawnmower" in (folder / "report.html").read_text()
     assert capsys.readouterr().out.strip().endswith("report.html")
@@ -108,4 +108,4 @@ def test_report_of_several_runs_and_of_a_sweep(outputs, capsys):
 )
 def test_report_says_why_it_cannot(outputs, words, message):
     with pytest.raises(FieldrlError, match=message):
-        pages.main([*words, f"output_dir={outputs}"])
+        report.main([*words, f"output_dir={outputs}"])

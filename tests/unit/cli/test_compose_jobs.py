@@ -8,7 +8,7 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 
 from fieldrl.cli.compose import plain
-from fieldrl.cli.composer import Composer
+from fieldrl.cli.compose_jobs import Composer
 from fieldrl.core.checks import FieldrlError
 from fieldrl.runs import options
 
@@ -30,7 +30,7 @@ def composer():
         hydra = GlobalHydra.instance().hydra
         assert hydra is not None
         master = hydra.compose_config("config", ["seed=0,1"], RunMode.MULTIRUN)
-        yield Composer(hydra.config_loader, master)
+        yield Composer(hydra.config_loader, master)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("overrides", JOBS.values(), ids=JOBS.keys())

@@ -1,0 +1,71 @@
+"""The command ``fieldrl`` in a process of its own, forked from one that has imported everything."""
+
+from __future__ import annotations
+
+import atexit
+import multiprocessing.process
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from multiprocessing import get_context
+from pathlib import Path
+from subprocess import CompletedProcess
+
+_CONTEXT = get_context("forkserver")
+_CONTEXT.set_forkserver_preload([
+    "fieldrl.cli.launch", "fieldrl.cli.terminal", "fieldrl.cli.sweep_terminal", "fieldrl.figures",
+    "fieldrl.mission", "fieldrl.runs.job", "fieldrl.runs.run_page", "fieldrl.sweeps.execution",
+])  # fmt: skip
+_PATIENCE = 300.0  # that a command may take [s]
+
+
+def command(
+    folder: Path, arguments: Sequence[str], environment: Mapping[str, str], figures: bool
+) -> CompletedProcess[str]:
+    """Run the command in ``folder`` to its end.
+
+    Args:
+        folder: where to.
+        arguments: the command line.
+        environment: variables besides those of this process.
+        figures: whether a run draws its pictures, which take longer than a small run.
+    """
+    said = [folder / f".{name}.txt" for name in ("output", "errors")]
+    process = _CONTEXT.Process(
+        target=_be_command, args=(folder, arguments, os.environ | environment, figures, said)
+    )
+    process.start()
+    process.join(_PATIENCE)
+    if process.exitcode is None:
+        process.kill()
+        process.join()
+        raise TimeoutError(f"fieldrl {' '.join(arguments)}")
+    texts = [path.read_text() for path in said]
+    for path in said:
+        path.unlink()
+    return CompletedProcess(arguments, process.exitcode, *texts)
+
+
+def _be_command(
+    folder: Path,
+    arguments: Sequence[str],
+    environment: Mapping[str, str],
+    figures: bool,
+    said: Sequence[Path],
+) -> None:
+    from fieldrl.cli.main import main
+    from pipelines.faults.fuzz_workers import without_figures
+
+    multiprocessing.process._parent_process = None  # type: ignore[attr-defined]  # a command, no worker
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.path[:0] = [path for path in environment.get("PYTHONPATH", "").split(os.pathsep) if path]
+    os.chdir(folder)
+    for number, path in enumerate(said, 1):
+        os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
+    sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False) for number in (1, 2))  # noqa: SIM115
+    with nullcontext() if figures else without_figures():
+        status = main(list(arguments))
+    atexit._run_exitfuncs()  # as the interpreter does before it ends
+    sys.exit(status)
