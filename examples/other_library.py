@@ -9,7 +9,7 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
-from stable_baselines3 import DQN
+from stable_baselines3 import DQN  # pyright: ignore[reportMissingImports]
 
 import fieldrl  # registers the environments
 from fieldrl.figures import style
@@ -19,7 +19,7 @@ def environment(seed: int) -> gymnasium.Env:
     """The paper's first experiment with ten samples; a sample pays for what it tells."""
     overrides = ["steps=10", "reward=information_gain"]
     made = gymnasium.make("fieldrl/Advection-v0", overrides=overrides)
-    made = gymnasium.wrappers.RescaleObservation(made, -1.0, 1.0)
+    made = gymnasium.wrappers.RescaleObservation(made, np.float32(-1), np.float32(1))
     made.reset(seed=seed)
     return made
 
