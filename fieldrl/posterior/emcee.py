@@ -62,7 +62,7 @@ class Emcee:
             raise InvalidValue(
                 "walkers", self.walkers, f"must be >= {2 * starts.shape[1]}, two for each unknown"
             )
-        from emcee import EnsembleSampler  # pyright: ignore[reportMissingImports]
+        from emcee import EnsembleSampler  # pyright: ignore[reportAttributeAccessIssue]
 
         def within(u: NDArray) -> NDArray[np.float64]:
             inside = np.abs(u).max(axis=1) <= 1.0

@@ -86,7 +86,11 @@ class Noise:
         free = self.free(unknowns)
         if free <= 0:
             return np.zeros_like(above)
-        return -0.5 * (free + unknowns) * np.log1p(above / (free * self.variance(least, unknowns)))
+        return (
+            -0.5
+            * (free + unknowns)
+            * np.log1p(np.maximum(above, 0.0) / (free * self.variance(least, unknowns)))
+        )
 
 
 _LEAST = 1e-18  # of a deviance [field unit^2]: residuals of rounding alone
