@@ -67,7 +67,9 @@ def _draw_moment(axes: Axes, record: xr.Dataset, moment: int, replicate: int, no
     maps.draw_path(axes, record["start"].values, positions)
     look = {"markerfacecolor": "none", "markeredgecolor": style.VERMILLION, "markeredgewidth": 1.2}
     axes.plot(*positions[-1], "o", markersize=7, clip_on=False, zorder=8, **look)
-    style.title(axes, f"sample {step + 1}, $t$ = {float(episode['time'][step]):.4g}")
+    time = float(episode["time"][step])
+    taken = f"$t$ = {time:.4g}" if np.isfinite(time) else "not taken"
+    style.title(axes, f"sample {step + 1}, {taken}")
     return image
 
 

@@ -30,7 +30,7 @@ def field_figure(record: xr.Dataset) -> Figure:
     positions = samples["measured_position"].transpose("step", "axis").values
     low, high = record.attrs["domain_lower"], record.attrs["domain_upper"]
     maps.draw_samples(axes, positions[np.all((positions >= low) & (positions <= high), axis=1)])
-    style.colour_bar(image, axes, maps.bar_label(record, f"Estimate, $t$ = {record.attrs['field_time']:g}"))
+    style.colour_bar(image, axes, maps.bar_label(record, f"Estimate, $t$ = {record.attrs['field_time']:.4g}"))
     style.title(axes, f"{samples.sizes['step']} samples")
     return drawing
 

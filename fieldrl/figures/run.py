@@ -9,7 +9,17 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
-from fieldrl.figures import convergence, course, estimates, fields, files, learning, paths, residuals
+from fieldrl.figures import (
+    convergence,
+    course,
+    estimates,
+    fields,
+    files,
+    learning,
+    paths,
+    residuals,
+    uncertainty,
+)
 
 Drawing = Callable[[xr.Dataset], Figure]
 
@@ -38,7 +48,11 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     """The drawing function of every picture that this record has the data for, by file name."""
     if estimates.is_estimate(record):
         chosen = {"samples": estimates.field_figure} if fields.has_field(record) else {}
-        return chosen | {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
+        return (
+            chosen
+            | {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
+            | _regions(record)
+        )
     chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
     chosen |= {
         "path": paths.path_figure,
@@ -46,8 +60,17 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     }
     if fields.has_field(record):
         chosen["field_error"] = fields.field_error_figure
+    if "field_std" in record and fields.has_field(record):
+        chosen["field_std"] = uncertainty.field_std_figure
+    chosen |= _regions(record)
+    if "samples_used" in record:
+        chosen["samples_used"] = uncertainty.samples_used_figure
     if residuals.has_residuals(record):
         chosen["residuals"] = residuals.mission_residuals_figure
     if convergence.has_convergence(record):
         chosen["convergence"] = convergence.convergence_figure
     return chosen
+
+
+def _regions(record: xr.Dataset) -> dict[str, Drawing]:
+    return {"regions": uncertainty.regions_figure} if "best_region_above" in record else {}

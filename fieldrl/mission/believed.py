@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from fieldrl.core.domain import Grid
 from fieldrl.core.parameters import Parameters
 from fieldrl.core.samples import Samples
-from fieldrl.estimator.problem import Differentiable, Fit, FitProblem, ForwardModel
+from fieldrl.estimator.problem import Compiled, Differentiable, Fit, FitProblem, ForwardModel
 from fieldrl.mission.environment import Estimator
 
 _NORMAL = 1.4826  # standard deviation of normal noise by its median absolute value
@@ -133,19 +133,30 @@ def plain_squares(samples: Samples, loss: Loss) -> bool:
     return alike and samples.censored is None and not loss.robust
 
 
-def believed(samples: Samples, model: ForwardModel, estimator: Estimator, loss: Loss) -> Believed:
-    """The problem with its scale: as stated, else by the median of the residuals of the fit itself."""
+def believed(
+    samples: Samples, model: ForwardModel, estimator: Estimator, loss: Loss
+) -> tuple[Believed, NDArray[np.float64]]:
+    """The problem with its scale, as stated, else by the median of the residuals of the fit itself.
+
+    Returns:
+        The problem, and what a fit of it starts from, (k, p): the minimum of a robust loss is narrow.
+    """
     made = (Sloped if isinstance(model, Differentiable) else Believed)(model, samples, loss)
+    known = np.empty((0, len(made.parameters)))
+    if isinstance(model, Compiled):  # its global minimum is cheap
+        known = estimator.fit(FitProblem(model, samples, estimator.tikhonov, False, known)).theta[:1]
     if samples.std is not None:
-        return replace(made, scale=float(np.sqrt(np.mean(samples.std**2))))
+        return replace(made, scale=float(np.sqrt(np.mean(samples.std**2)))), known
     if not loss.robust:
-        return made
-    return _scaled(made, estimator)
+        return made, known
+    return _scaled(made, estimator, known)
 
 
-def _scaled(made: Believed, estimator: Estimator) -> Believed:
+def _scaled(
+    made: Believed, estimator: Estimator, known: NDArray[np.float64]
+) -> tuple[Believed, NDArray[np.float64]]:
     """From the spread of the values down to that of the residuals, so that no outlier leads astray."""
-    values, known = made.samples.values, np.empty((0, len(made.parameters)))
+    values = made.samples.values
     count, unknowns = len(values), len(made.parameters)
     least = 1e-9 * max(float(np.abs(values).max()), 1e-30)
     free = np.sqrt(count / max(count - unknowns, 1))
@@ -153,9 +164,9 @@ def _scaled(made: Believed, estimator: Estimator) -> Believed:
     made = replace(made, scale=max(scale, least))
     for _ in range(_ROUNDS):
         fit = made.fit(estimator, False, known)
-        known = fit.known
+        known = fit.known if len(fit.known) > len(known) else fit.theta[:1]
         size = _NORMAL * free * float(np.median(np.abs(made.plain(fit).residuals[0])))
         before, made = made.scale, replace(made, scale=max(size, least))
         if abs(made.scale - before) <= _SETTLED * before:
             break
-    return made
+    return made, known

@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import gymnasium
@@ -134,7 +134,7 @@ _MODES = ("rgb_array", "human")
 
 
 class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
-    """One sample a step until the budget is spent; the reward follows from the estimator's errors.
+    """One sample a step until the budget is spent, or enough is known; the reward follows from the errors.
 
     ``info`` carries theta (p,), e_f, e_cv, e_total, position and measured_position (2,), heading, time,
     value, evaluations and converged, the share of the fits that did. The observation is kept in its space,
@@ -151,6 +151,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         observation: what the agent sees.
         scenario: what is true in an episode; a ``reset`` draws it from ``chance`` or, where that is None,
             from the environment's own generator.
+        sure: whether a fit of a problem's samples tells enough for the episode to end; None: never.
         render_mode: "rgb_array": ``render`` gives a picture (see ``rendering``); "human": each step is shown
             in a window; None: neither.
     """
@@ -166,12 +167,13 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         steps: int,
         observation: Observation = _PAPER,
         scenario: Scenario = _FIXED,
+        sure: Callable[[FitProblem, Fit], bool] | None = None,
         render_mode: str | None = None,
     ) -> None:
         self.render_mode = None if render_mode is None else one_of("render_mode", render_mode, _MODES)
         self.window: rendering.Window | None = None
         self.vehicle, self.estimator, self.reward, self.steps = vehicle, estimator, reward, steps
-        self.observation, self.scenario = observation, scenario
+        self.observation, self.scenario, self.sure = observation, scenario, sure
         self.chance: np.random.Generator | None = None
         self._configured = water
         self._become(water)
@@ -217,8 +219,8 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
 
     def step(self, action: np.int64 | int) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Move, sample, fit; raises FieldrlError after the last sample or for an unknown action."""
-        if len(self.samples) >= self.steps:
-            raise FieldrlError("the sample budget is spent: call reset()")
+        if self.over:
+            raise FieldrlError("the sample budget is spent, or enough is known: call reset()")
         if not 0 <= action < len(self.vehicle.actions):
             raise FieldrlError(f"action={action}: must be in 0 .. {len(self.vehicle.actions) - 1}")
         self._move(int(action))
@@ -226,9 +228,10 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         value = self._sample(measured)
         fit, found = self._fit()
         reward = self._reward(fit, found)
-        terminated = len(self.samples) == self.steps
+        enough = self.sure is not None and self.sure(self.problem, fit)
+        self.over = enough or len(self.samples) == self.steps
         self._show()
-        return self._observed(measured), reward, terminated, False, self._info(fit, found, value)
+        return self._observed(measured), reward, self.over, False, self._info(fit, found, value)
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """The picture, with ``render_mode="rgb_array"``; else None."""
@@ -259,7 +262,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
 
     def _begin(self) -> None:
         self.state, self.time = self.vehicle.initial(), 0.0
-        self.samples, self.previous = Samples.none(), float("nan")
+        self.samples, self.previous, self.over = Samples.none(), float("nan"), False
         self.estimate = self.water.parameters.centre
 
     def _measure(self) -> NDArray[np.float64]:

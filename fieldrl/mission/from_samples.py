@@ -155,7 +155,7 @@ def estimate(
         problem = FitProblem(model, samples, estimator.tikhonov, True, known)
         fit = estimator.fit(problem)
         return Estimate(model, samples, fit, errors(fit), _assessed(problem, fit, noise_of(samples, None)))
-    made = believed(samples, model, estimator, loss)
+    made, known = believed(samples, model, estimator, loss)
     problem = made.problem(estimator, True, known)
     roots = estimator.fit(problem)
     noise = Noise(np.full(len(samples), made.scale), samples.std is not None or loss.robust)

@@ -9,12 +9,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fieldrl.core.samples import Samples
 from fieldrl.core.streams import stream
 from fieldrl.estimator.problem import FitProblem
 from fieldrl.mission.environment import Water
 from fieldrl.mission.mission import Mission, State
 from fieldrl.mission.record import EpisodeLog, replicate_record
+from fieldrl.mission.trusted import samples_of
 
 Report = Callable[[int, float, float], None]
 
@@ -115,6 +115,9 @@ class Replicate:
             next_action = 0 if terminated else self.choose(state, following, rng)
             state = agent.learn(state, observation, action, reward, following, next_action, terminated)
             observation, action = following, next_action
+            if terminated:
+                self.learning.end(episode, step)
+                break
         self.agent_state = state
 
     def evaluate(self, episode: int) -> None:
@@ -127,8 +130,11 @@ class Replicate:
         self.evaluation.begin(episode, environment)
         for step in range(self.mission.steps):
             action = self.choose(self.agent_state, observation, rng, greedy=True)
-            observation, reward, _, _, info = environment.step(action)
+            observation, reward, terminated, _, info = environment.step(action)
             self.evaluation.write(episode, step, action, reward, info)
+            if terminated:
+                self.evaluation.end(episode, step)
+                break
 
     def choose(
         self, state: State, observation: NDArray[np.float64], rng: np.random.Generator, greedy: bool = False
@@ -144,7 +150,7 @@ class Replicate:
         values = self.learning.values
         if self.mission.scenario.varies:
             return np.full(len(self.mission.water.parameters), np.nan)
-        samples = Samples.of(values["measured_position"], values["time"], values["value"])
+        samples = samples_of(values, slice(None))
         estimator, known = self.mission.estimator, self.environment.known
         problem = FitProblem(self.mission.water, samples, estimator.tikhonov, False, known)
         return estimator.fit(problem).theta[0]
@@ -154,7 +160,9 @@ class Replicate:
         if self.pooled is None:
             raise RuntimeError("a replicate has a record when it is finished")
         logs = self.learning, self.evaluation
-        return replicate_record(self.mission, *logs, self.pooled, self.environment.known, self._water)
+        known, drawn = self.environment.known, stream(self.seed, "posterior", self.number)
+        seed = int(drawn.integers(2**32))
+        return replicate_record(self.mission, *logs, self.pooled, known, self._water, seed)
 
     def _chance(self, episode: int) -> np.random.Generator:
         """What the truth of a learning episode is drawn from."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import field
+from functools import partial
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -11,7 +13,8 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.core.kinds import check_part, component
 from fieldrl.core.ordinary import adapted
-from fieldrl.estimator.problem import Differentiable
+from fieldrl.estimator.problem import Differentiable, Fit, FitProblem
+from fieldrl.mission import stopping
 from fieldrl.mission.environment import Estimator, FieldSampling, Vehicle, Water
 from fieldrl.mission.world import Model, World, world
 from fieldrl.observation.knowledge import Observation
@@ -51,6 +54,14 @@ class Agent(Protocol):
     ) -> State: ...
 
 
+class Posterior(Protocol):
+    """Draws from a density within the box of scaled unknowns; see ``fieldrl.posterior.emcee``."""
+
+    def sample(
+        self, log_density: Callable[[NDArray], NDArray], starts: NDArray[np.float64], seed: int
+    ) -> NDArray[np.float64]: ...
+
+
 @component
 class Mission:
     """A vehicle in a field, and how long it may learn.
@@ -66,6 +77,9 @@ class Mission:
         evaluation_episodes: episodes of the frozen greedy policy after learning.
         observation: what the agent sees.
         scenario: what is true in an episode.
+        stop: an episode ends when the 95 % interval of each named unknown is narrower than this; None: it
+            takes all its samples [unit of the unknown].
+        posterior: what draws from the posterior of the unknowns at the end; None: nothing does.
     """
 
     water: Annotated[Water, Model]
@@ -78,6 +92,8 @@ class Mission:
     evaluation_episodes: int = 0
     observation: Observation = field(default_factory=Paper)
     scenario: Scenario = field(default_factory=Fixed)
+    stop: Mapping[str, float] | None = None
+    posterior: Posterior | None = None
 
     def __post_init__(self) -> None:
         checks.integer("episodes", self.episodes, 1)
@@ -89,6 +105,8 @@ class Mission:
         self._check_start()
         self._check_horizon()
         self._check_scenario()
+        if self.stop is not None:
+            stopping.widths(self.stop, self.water.parameters)
         if getattr(self.reward, "needs_derivatives", False) and not isinstance(self.water, Differentiable):
             rule = "needs a model with derivatives, such as pde=advection"
             name = type(self.reward).__name__
@@ -159,4 +177,11 @@ class Mission:
     def environment(self, render_mode: str | None = None) -> FieldSampling:
         """A new environment of this mission."""
         parts = self.water, self.vehicle, self.estimator, self.reward, self.steps
-        return FieldSampling(*parts, self.observation, self.scenario, render_mode)
+        return FieldSampling(*parts, self.observation, self.scenario, self._sure(), render_mode)
+
+    def _sure(self) -> Callable[[FitProblem, Fit], bool] | None:
+        """Whether a fit tells enough for an episode to end; None where episodes take all their samples."""
+        if self.stop is None:
+            return None
+        widths = stopping.widths(self.stop, self.water.parameters)
+        return partial(stopping.sure, sensor=self.vehicle.sensor, widths=widths)

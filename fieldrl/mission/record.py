@@ -73,6 +73,14 @@ class EpisodeLog:
         if info["course"] is not None and len(info["course"].loss):
             self.courses[at] = info["course"]
 
+    def end(self, episode: int, last: int) -> None:
+        """Fill what an episode leaves that ended with step ``last``: the estimate and its errors stay."""
+        rest = slice(last + 1, None)
+        for name in ("e_f", "e_cv", "e_total", "theta"):
+            self.values[name][episode, rest] = self.values[name][episode, last]
+        self.values["reward"][episode, rest] = 0.0
+        self.values["action"][episode, rest] = -1
+
     def state(self) -> dict[str, Any]:
         """The arrays and, one after the other, the courses of the fits: plain arrays."""
         courses, p = list(self.courses.values()), self.values["theta"].shape[-1]
@@ -92,12 +100,13 @@ class EpisodeLog:
         courses = (Optimisation(theta, loss) for theta, loss in zip(*parts, strict=True))
         self.courses = dict(zip(((int(e), int(s)) for e, s in state["course_at"]), courses, strict=False))
 
-    def dataset(self, prefix: str = "", truths: bool = False) -> xr.Dataset:
+    def dataset(self, prefix: str = "", truths: bool = False, used: bool = False) -> xr.Dataset:
         """The arrays with names, units and dimensions; ``prefix`` before each name and the episode.
 
         Args:
             prefix: of every name.
             truths: with the truth of each episode.
+            used: with the number of samples that each episode took.
         """
         episode = f"{prefix}episode"
         kept = STEP_VARIABLES | EPISODE_VARIABLES if truths else STEP_VARIABLES
@@ -109,6 +118,10 @@ class EpisodeLog:
         variables[f"{prefix}return"] = (
             (episode,), total, {"units": "1", "long_name": "return, sum of the rewards"},
         )  # fmt: skip
+        if used:
+            taken = np.isfinite(self.values["time"]).sum(axis=1)
+            about = {"units": "1", "long_name": "samples until the episode ended"}
+            variables[f"{prefix}samples_used"] = (episode,), taken, about
         return xr.Dataset(variables | self._traces(episode, prefix))
 
     def _traces(self, episode: str, prefix: str) -> dict[str, Any]:
@@ -141,6 +154,7 @@ def replicate_record(
     pooled: NDArray,
     known: NDArray,
     water_of: Callable[[int], Water],
+    seed: int,
 ) -> xr.Dataset:
     """The record of one replicate, without the dimension ``replicate``.
 
@@ -151,18 +165,22 @@ def replicate_record(
         pooled: estimate from all samples, (p,); NaN where there is none.
         known: parameters that were solved, (k, p).
         water_of: the water of a learning episode.
+        seed: of draws from the posterior.
     """
     final = learning.values["e_total"][:, -1]
     best = int(np.argmin(np.where(np.isnan(final), np.inf, final)))
     water, varies = water_of(best), mission.scenario.varies
     grid, theta = water.truth().grid, learning.values["theta"][best, -1]
     estimate = water.field(theta, mission.duration, grid)
-    episodes = learning.dataset(truths=varies), evaluation.dataset("evaluation_", varies)
+    kept = varies, mission.stop is not None
+    episodes = learning.dataset("", *kept), evaluation.dataset("evaluation_", *kept)
     record = xr.merge(episodes, join="outer")
     record["pooled"] = (
         ("parameter",), pooled, {"units": "see parameter_unit", "long_name": "estimate from all samples"},
     )  # fmt: skip
-    record = record.assign(assessed(mission, water, learning.values, best, pooled, known))
+    record = record.assign(
+        assessed(mission, water, learning.values, best, pooled, known, estimate, grid, seed)
+    )
     record["best_episode"] = ((), best, {"units": "1", "long_name": "episode of least total error"})
     record["forward_solves"] = (
         ("episode",),
@@ -203,7 +221,7 @@ def combine(replicates: Sequence[xr.Dataset], mission: Mission) -> xr.Dataset:
         return record
     if not np.isfinite(record["field_true"]).any():  # of a model without a field
         return record
-    times = record["time"].isel(replicate=0, episode=0).values
+    times = np.array([(step + 1) * mission.vehicle.time_step for step in range(mission.steps)])
     return record.assign(field_course(mission.water.truth(), np.array(parameters.true), times))
 
 

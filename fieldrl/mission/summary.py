@@ -72,7 +72,13 @@ def replicate_result(record: xr.Dataset) -> dict[str, Any]:
             }
         },
         "verdict": str(record["verdict"].values),
+        **_samples_used(record),
     }
+
+
+def _samples_used(record: xr.Dataset) -> dict[str, Any]:
+    """Samples that each episode took, where they may end early."""
+    return {"samples_used": record["samples_used"].values.tolist()} if "samples_used" in record else {}
 
 
 def _trust(record: xr.Dataset, name: str, k: int) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from fieldrl.parallel.workers import Workers
 from fieldrl.runs import limits, trust
 from fieldrl.runs.configuration import suggestion
 
-_BUDGET = ("episodes", "steps", "evaluation_episodes")
+_BUDGET = ("episodes", "steps", "evaluation_episodes", "stop")
 
 
 def mission(config: Mapping[str, Any], solves: Path | None = None) -> Mission:
@@ -34,6 +34,8 @@ def mission(config: Mapping[str, Any], solves: Path | None = None) -> Mission:
     """
     names = ("vehicle", "agent", "estimator", "reward", "observation", "scenario")
     built = {"pde": model(config, solves), **{name: build(config[name], name) for name in names}}
+    if config.get("posterior") is not None:
+        built["posterior"] = build(config["posterior"], "posterior")
     parts = {"water": built.pop("pde"), **built, **{key: config[key] for key in _BUDGET}}
     try:
         kinds.check(Mission, parts)

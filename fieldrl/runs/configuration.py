@@ -17,7 +17,20 @@ from fieldrl.runs.options import options
 GROUPS = (
     "pde", "scenario", "vehicle", "agent", "observation", "estimator", "reward", "parallel", "tracking",
 )  # fmt: skip
-KEYS = ("seed", "replicates", "episodes", "steps", "evaluation_episodes", "unknown", "output_dir", "force")
+OPTIONAL = ("posterior",)
+"""Groups of which no option need be chosen."""
+
+KEYS = (
+    "seed",
+    "replicates",
+    "episodes",
+    "steps",
+    "evaluation_episodes",
+    "stop",
+    "unknown",
+    "output_dir",
+    "force",
+)
 _LEAST = {"seed": 0, "replicates": 1, "episodes": 1, "steps": 1, "evaluation_episodes": 0}
 
 
@@ -53,19 +66,25 @@ def check(config: Mapping[str, Any]) -> None:
     Nor may it name a class that is not trusted; nothing of it has been imported then.
     """
     for key, value in config.items():
-        if key not in (*GROUPS, *KEYS):
-            raise InvalidValue(key, value, "unknown key", remedy=suggestion(key, (*KEYS, *GROUPS)))
+        if key not in (*GROUPS, *OPTIONAL, *KEYS):
+            known = (*KEYS, *GROUPS, *OPTIONAL)
+            raise InvalidValue(key, value, "unknown key", remedy=suggestion(key, known))
     for key in (*KEYS, *GROUPS):
         if key not in config:
             raise FieldrlError(f"{key}: is missing; leave out the override ~{key}")
-    for group in GROUPS:
-        _check_group(group, config[group])
+    for group in (*GROUPS, *OPTIONAL):
+        if group in GROUPS or config.get(group) is not None:
+            _check_group(group, config[group])
     for key, least in _LEAST.items():
         checks.integer(key, config[key], least)
     checks.boolean("force", config["force"])
     if config["unknown"] is not None and not isinstance(config["unknown"], Mapping):
         rule = "must be a mapping of names, such as {mu: {true: .25, lower: 0, upper: .5}}"
         raise InvalidValue("unknown", config["unknown"], rule)
+    if config["stop"] is not None and not (isinstance(config["stop"], Mapping) and config["stop"]):
+        raise InvalidValue(
+            "stop", config["stop"], "must be a mapping of unknowns to widths, such as {b_x: 0.1}"
+        )
     if not isinstance(config["output_dir"], str) or not config["output_dir"]:
         raise InvalidValue("output_dir", config["output_dir"], "must be the path of a folder")
     trust.check_targets(config)

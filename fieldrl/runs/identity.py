@@ -16,6 +16,10 @@ WITHOUT_EFFECT = ("output_dir", "force", "parallel", "tracking", "pde.solutions"
 """Keys that cannot change a result, and so are no part of a run's identity."""
 
 
+_LATER = ("unknown", "stop", "posterior")
+"""Keys that are no part of it while they are null."""
+
+
 def identity(config: Mapping[str, Any]) -> str:
     """The key of a configuration: of what is written in it, and of what it names (see ``contents``)."""
     effective = _effective(config)
@@ -32,8 +36,8 @@ def key(*content: Any) -> str:
 def _effective(config: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     """The nested keys of ``config`` that can change a result."""
     found = {key: value for key, value in config.items() if f"{path}{key}" not in WITHOUT_EFFECT}
-    if not path and not found.get("unknown"):  # as before there was such a key
-        found.pop("unknown", None)
+    if not path:  # as before there were such keys
+        found = {key: value for key, value in found.items() if value or key not in _LATER}
     return {
         key: _effective(value, f"{path}{key}.") if isinstance(value, Mapping) else value
         for key, value in found.items()

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _ENGINE = "h5netcdf"
+_POSTERIOR = "posterior"  # the variable that is a group of its own on disk
 
 
 def write(record: xr.Dataset, path: Path) -> None:
@@ -21,7 +22,15 @@ def write(record: xr.Dataset, path: Path) -> None:
 
     It is made in memory first: where a disk is full, HDF5 prints hundreds of lines.
     """
-    atomic.write(path, bytes(record.assign_attrs(checksum=checksum(record)).to_netcdf(engine=_ENGINE)))
+    whole = record.assign_attrs(checksum=checksum(record))
+    if _POSTERIOR not in record:
+        atomic.write(path, bytes(whole.to_netcdf(engine=_ENGINE)))
+        return
+    import xarray as xr
+
+    root = whole.drop_vars(_POSTERIOR).assign_attrs(groups=_POSTERIOR)
+    groups = {"/": root, f"/{_POSTERIOR}": _by_name(record[_POSTERIOR])}
+    atomic.write(path, bytes(xr.DataTree.from_dict(groups).to_netcdf(engine=_ENGINE)))
 
 
 def read(path: Path, key: str) -> xr.Dataset | None:
@@ -30,10 +39,30 @@ def read(path: Path, key: str) -> xr.Dataset | None:
 
     try:
         record = xr.load_dataset(path, engine=_ENGINE)
+        if record.attrs.pop("groups", "") == _POSTERIOR:
+            draws = xr.load_dataset(path, engine=_ENGINE, group=_POSTERIOR)
+            record[_POSTERIOR] = _together(draws, record)
         whole = record.attrs.pop("checksum", "") == checksum(record)
     except Exception:  # whatever HDF5 says of a damaged file
         return None
     return record if whole and record.attrs.get("key") == key else None
+
+
+def _by_name(draws: xr.DataArray) -> xr.Dataset:
+    """The posterior as ArviZ reads it: a variable for each unknown, its dimensions chain, draw, replicate."""
+    ordered = draws.transpose("parameter", "chain", "draw", "replicate")
+    names = [str(name) for name in draws["parameter"].values]
+    found = {name: part.drop_vars("parameter") for name, part in zip(names, ordered, strict=True)}
+    return next(iter(found.values())).to_dataset(name=names[0]).assign(found)
+
+
+def _together(draws: xr.Dataset, record: xr.Dataset) -> xr.DataArray:
+    """The same as it is in the record in memory."""
+    import xarray as xr
+
+    names = [str(name) for name in record["parameter"].values]
+    whole = xr.concat([draws[name] for name in names], dim="parameter").assign_coords(parameter=names)
+    return whole.transpose("replicate", "chain", "draw", "parameter")
 
 
 def checksum(record: xr.Dataset) -> str:

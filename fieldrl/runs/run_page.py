@@ -28,6 +28,16 @@ _FIGURES = {
     ),
     "learning_curve": ("Learning", "Return and total error of every episode."),
     "field_error": ("The field", "True and estimated field at the final time, and their difference."),
+    "field_std": (
+        "How well the field is known",
+        "Standard deviation of the best episode's estimated field at the final time, by the fields that "
+        "explain its samples.",
+    ),
+    "regions": (
+        "What the samples tell together",
+        "Joint regions of the unknowns that hold the truth with 50 and 95 %, about every solution that fits.",
+    ),
+    "samples_used": ("Samples used", "How many each episode took until its intervals were narrow enough."),
     "convergence": (
         "Convergence of the fits",
         "Regret of each fit, its best loss so far over the least that it finds, against its forward solves. "

@@ -53,6 +53,8 @@ class Assessment:
         solved: parameters that were solved, with those solved for this, (k, p).
         solves: how many were solved for this.
         level: of the intervals.
+        deviance: D, by the model or by a surrogate of what was solved.
+        stated: the noise as it was stated.
         residuals: prediction minus value at the estimate, 0 where a limit is kept, (n,) [field unit].
     """
 
@@ -73,6 +75,18 @@ class Assessment:
     solves: int
     level: float
     residuals: NDArray[np.float64]
+    deviance: Deviance
+    stated: Noise
+
+    @property
+    def variance(self) -> float:
+        """How many times the stated noise's variance the noise has: 1 where it is known."""
+        return self.stated.variance(self.least, len(self.parameters))
+
+    def log_likelihood(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Of scaled unknowns u (m, p), less its greatest value, (m,); the noise's size integrated out."""
+        above = self.deviance.at(u) - self.least
+        return self.stated.log_likelihood(above, self.least, len(self.parameters))
 
     @property
     def interval(self) -> NDArray[np.float64]:
@@ -125,7 +139,7 @@ def assess(
     assessed = _assess(problem, theta, noise, known, paths, level)
     cheap = isinstance(problem.model, Compiled | Differentiable)
     for used in range(1, solves + 1):
-        doubtful = None if cheap else _doubtful(problem, noise, assessed)
+        doubtful = None if cheap else _doubtful(assessed)
         if doubtful is None:
             break
         try:
@@ -137,7 +151,7 @@ def assess(
     return assessed
 
 
-def deviance_of(problem: FitProblem, noise: Noise, solved: NDArray[np.float64]) -> Deviance:
+def _deviance_of(problem: FitProblem, noise: Noise, solved: NDArray[np.float64]) -> Deviance:
     """The deviance of a problem's samples, by its model or by a surrogate of ``solved`` (k, p)."""
     samples = problem.samples
     return Deviance(predictions(problem, solved), samples.values, noise.std, samples.censored)
@@ -154,7 +168,7 @@ def _assess(
 ) -> Assessment:
     """Everything from the solves that there are."""
     parameters = problem.model.parameters
-    deviance = deviance_of(problem, noise, known)
+    deviance = _deviance_of(problem, noise, known)
     u, p = np.clip((theta - parameters.centre) / parameters.half_width, -1.0, 1.0), len(parameters)
     found = places(problem, noise, deviance, u)
     least = float(found.deviances[0])
@@ -180,16 +194,17 @@ def _assess(
         solved=known,
         solves=used,
         level=level,
+        deviance=deviance,
+        stated=noise,
         residuals=z[0] * noise.std,
     )
 
 
-def _doubtful(problem: FitProblem, noise: Noise, assessed: Assessment) -> NDArray[np.float64] | None:
+def _doubtful(assessed: Assessment) -> NDArray[np.float64] | None:
     """The end of an interval that a solve would tell most about, (p,); None where all are known."""
     parameters = assessed.parameters
-    deviance = deviance_of(problem, noise, assessed.solved)
     ends = assessed.profile.ends.reshape(-1, len(parameters))
-    doubts = deviance.doubt(ends)
+    doubts = assessed.deviance.doubt(ends)
     worst = int(np.argmax(doubts))
     if not doubts[worst] > _DOUBTFUL * assessed.rise:
         return None

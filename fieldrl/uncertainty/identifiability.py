@@ -51,7 +51,7 @@ def solutions(profile: Profile, places: NDArray[np.float64]) -> NDArray[np.float
     """Of places that fit (m, p), the best first: one for each combination of pieces, (k, p)."""
     seen: dict[tuple[int, ...], int] = {}
     for i, place in enumerate(places):
-        piece = tuple(_piece(parts, place[k]) for k, parts in enumerate(profile.pieces))
+        piece = tuple(piece_of(parts, place[k]) for k, parts in enumerate(profile.pieces))
         seen.setdefault(piece, i)
     return places[list(seen.values())]
 
@@ -77,7 +77,7 @@ def combination(axes: Axes, parameters: Parameters) -> Combination | None:
     return Combination(weights, float(axes.std[-1] / abs(raw[first])), first, float(axes.std[0] * widest))
 
 
-def _piece(parts: tuple[tuple[float, float], ...], value: float) -> int:
+def piece_of(parts: tuple[tuple[float, float], ...], value: float) -> int:
     """Which piece ``value`` lies in, or is nearest to."""
     distance = [max(low - value, value - high, 0.0) for low, high in parts]
     return int(np.argmin(distance))

@@ -70,6 +70,28 @@ class Noise:
             return np.inf
         return dimensions * float(fdtri(dimensions, free, level)) * self.variance(least, unknowns)
 
+    def log_likelihood(self, above: NDArray[np.float64], least: float, unknowns: int) -> NDArray[np.float64]:
+        """Log likelihood, less its greatest value; the size of noise that is estimated is integrated out.
+
+        That makes a normal distribution of the unknowns one of Student's: regions of equal likelihood rise
+        as ``rise`` says. Where nothing tells the noise all are as likely.
+
+        Args:
+            above: deviance less the least one, any shape.
+            least: the least deviance.
+            unknowns: p.
+        """
+        if self.known:
+            return -0.5 * above
+        free = self.free(unknowns)
+        if free <= 0:
+            return np.zeros_like(above)
+        return (
+            -0.5
+            * (free + unknowns)
+            * np.log1p(np.maximum(above, 0.0) / (free * self.variance(least, unknowns)))
+        )
+
 
 _LEAST = 1e-18  # of a deviance [field unit^2]: residuals of rounding alone
 

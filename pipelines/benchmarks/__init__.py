@@ -8,6 +8,7 @@
 - ``fits``: how many solves a fit takes: every estimator for dear models on the same random fit problems
 - ``flows``: what a flow costs: one solve on the experiment's grid, built-in and of one's own
 - ``global_minimum``: whether fits are global minima: LeastSquares against SciPy from 32 starts
+- ``interval_cost``: what intervals, regions and the field's standard deviation cost a run
 - ``oracle``: the double gyre in py-pde, to compare the solver with
 - ``performance_profile``: the share of problems that a method has solved, against the solves it took
 - ``recovery``: whether unknowns are found again: every kind, random truths, in both experiments

@@ -5,6 +5,7 @@
 - ``drawing``: the calibration as a picture
 - ``evidence``: what rows of judged missions say: coverage, ranks, efficiency, false alarms, power
 - ``missions``: simulated missions: truth, path, samples, noise
+- ``needed``: samples until every interval is narrow enough
 - ``selection``: what choosing the best of many episodes does to its interval
 - ``tables``: the tables of a calibration: title, columns and rows of text
 - ``wrong``: true fields that the fitted model is wrong about, to see whether it is told

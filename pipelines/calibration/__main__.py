@@ -1,10 +1,10 @@
-"""Whether the intervals, regions and tests of misfit are true: 1,320 missions, and 200 runs of many episodes.
+"""Whether intervals, regions and tests of misfit are true: 1,320 missions, 200 long runs.
 
     python -m pipelines.calibration [scale=small] [output_dir=FOLDER] [jobs=N]
 
 What is finished stays in outputs/calibration/: after Ctrl-C the tables are of that, and the next one goes on.
 
-Takes a quarter of an hour.
+Takes half an hour on two cores.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ def make(settings: Settings) -> dict[str, Any]:
     }
     folder = blocks.folder_of(settings)
     files.save_noted(drawing.draw(judged), folder / "calibration.png", note)
+    files.save_noted(drawing.draw_needed(judged), folder / "samples_needed.png", note)
     text = "\n".join(f"## {table.title}\n\n{report.markdown(table.columns, table.rows)}" for table in found)
     atomic.write(folder / "tables.md", text)
     for table in found:

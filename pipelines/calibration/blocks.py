@@ -6,14 +6,14 @@ import contextlib
 import json
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fieldrl.runs.atomic import write
 from fieldrl.runs.identity import RESULTS
-from pipelines.calibration import selection
+from pipelines.calibration import needed, selection
 from pipelines.calibration.cases import judge
 from pipelines.calibration.missions import AGENTS, world
 from pipelines.experiments import Settings, fan_out, progress
@@ -26,7 +26,10 @@ COUNTS = {"paper": {"advection": 340, "double_gyre": 100}, "small": {"advection"
 RUNS = {"paper": 200, "small": 2}
 """Runs of many episodes, for what choosing the best does."""
 
-VERSION = 2
+NEEDED = {"paper": 120, "small": 2}
+"""Missions of each agent that stop when their intervals are narrow."""
+
+VERSION = 3
 """Of what a block holds; raise it when the same mission gives other rows."""
 
 
@@ -40,6 +43,7 @@ class Block:
         first: number of the first.
         count: how many.
         overrides: of the experiment.
+        stopping: missions that stop when their intervals are narrow.
     """
 
     experiment: str
@@ -47,10 +51,16 @@ class Block:
     first: int
     count: int
     overrides: tuple[str, ...] = ()
+    stopping: bool = False
+
+    @property
+    def kind(self) -> str:
+        """The agent, "" for runs of many episodes; with ``needed`` before it where missions stop."""
+        return f"needed {self.agent}" if self.stopping else self.agent
 
     def path(self, folder: Path) -> Path:
         """Its file."""
-        what = self.agent or "best"
+        what = self.kind.replace(" ", "-") or "best"
         name = f"{self.experiment}-{what}-{self.first:04d}-{self.count}-r{RESULTS}v{VERSION}"
         return folder / f"{name}.json"
 
@@ -60,12 +70,15 @@ class Block:
         numbers = range(self.first, self.first + self.count)
         if not self.agent:
             return [row for number in numbers for row in selection.judge(one, number)]
-        return [row for number in numbers for row in judge(one, number)]
+        return [row for number in numbers for row in (needed.judge if self.stopping else judge)(one, number)]
 
 
 def plan(settings: Settings) -> list[Block]:
     """All blocks, the agents in turns, the dearest last."""
     found = list(_split("advection", "", RUNS[settings.scale], ()))
+    for agent in AGENTS:
+        parts = _split("advection", agent, NEEDED[settings.scale], ())
+        found += [replace(block, stopping=True) for block in parts]
     for experiment, count in COUNTS[settings.scale].items():
         overrides = SMALL[experiment] if settings.small else ()
         each = [block for agent in AGENTS for block in _split(experiment, agent, count, overrides)]
@@ -80,7 +93,7 @@ def _split(experiment: str, agent: str, count: int, overrides: tuple[str, ...]) 
 
 
 def find(settings: Settings) -> dict[tuple[str, str], list[dict]]:
-    """The rows by experiment and agent; missing ones are computed first, until Ctrl-C."""
+    """The rows by experiment and kind of block; missing ones are computed first, until Ctrl-C."""
     folder, blocks = folder_of(settings), plan(settings)
     folder.mkdir(parents=True, exist_ok=True)
     with contextlib.suppress(KeyboardInterrupt):
@@ -89,7 +102,7 @@ def find(settings: Settings) -> dict[tuple[str, str], list[dict]]:
     for block in blocks:
         if block.path(folder).exists():
             rows = json.loads(block.path(folder).read_text())
-            found.setdefault((block.experiment, block.agent), []).extend(rows)
+            found.setdefault((block.experiment, block.kind), []).extend(rows)
     return found
 
 

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.problem import Compiled, Differentiable, FitProblem
 from fieldrl.mission.trusted import SOLVES
-from fieldrl.uncertainty import Assessment, Noise, assess, deviance_of
+from fieldrl.uncertainty import Assessment, Noise, assess, draws, field_std
 from fieldrl.uncertainty.fisher import axes
 from fieldrl.uncertainty.profile import constrained
 from pipelines.calibration.missions import SIZES, Simulated, World
@@ -27,6 +27,9 @@ LEVELS = (0.5, 0.8, 0.95)
 NEARLY_ALL = 0.9999
 """A path is informative for a truth where the interval of this probability, of the values without noise, is
 one piece, narrower than half the bounds, and within them: noise hardly ever takes the estimate elsewhere."""
+
+SEEN = 0.05
+"""A band of the field is looked at where its standard deviation is more than this share of the noise's."""
 
 _STEP = 0.01  # of a central difference [half-width]
 
@@ -41,9 +44,11 @@ def judge(world: World, number: int) -> list[dict[str, Any]]:
             {"mission": number, "n": n, "truth": case.truth.tolist()}
             | case.told()
             | case.informative(slopes[:n])
+            | case.straight(slopes[:n])
             | case.without_the_noise_s_size()
         )
         known = case.known
+    rows[-1] |= case.field()
     if number % WRONG_EVERY[world.experiment] == 0:
         changes = WRONG[world.experiment].items()
         rows[-1] |= {f"wrong {name}": case.wrong(change(world, simulated)) for name, change in changes}
@@ -84,8 +89,7 @@ class _Case:
         """Estimate, intervals and regions, and whether they hold the truth."""
         found, p = self.assessed, len(self.parameters)
         again = {level: found if level == LEVELS[-1] else self._again(level, self.noise) for level in LEVELS}
-        deviance = deviance_of(self._problem(self.samples), self.noise, found.solved)
-        above = float(deviance.at(self.truth[None])[0]) - found.least
+        above = float(found.deviance.at(self.truth[None])[0]) - found.least
         estimate = (found.estimate - self.parameters.centre) / self.parameters.half_width
         return {
             "estimate": estimate.tolist(),
@@ -95,17 +99,19 @@ class _Case:
             "surpassed": found.surpassed,
             "covered": [holds(again[level], self.simulated.truth) for level in LEVELS],
             "region": [above <= self.noise.rise(level, p, found.least, p) for level in LEVELS],
-            "rank": [self._rank(deviance, k, above) for k in range(p)],
+            "rank": [self._rank(k, above) for k in range(p)],
             "p": found.misfit.p,
             "solves": found.solves,
         }
 
-    def _rank(self, deviance: Any, k: int, above: float) -> float:
+    def _rank(self, k: int, above: float) -> float:
         """The truth's place in the distribution that the profile tells: uniform if that is true."""
         found, least = self.assessed, self.assessed.least
         scaled = (found.solutions - self.parameters.centre) / self.parameters.half_width
         starts = np.vstack([scaled, self.truth])
-        risen = min(above, *(constrained(deviance, u, k, self.truth[k : k + 1])[0] - least for u in starts))
+        risen = min(
+            above, *(constrained(found.deviance, u, k, self.truth[k : k + 1])[0] - least for u in starts)
+        )
         return float(ndtr(np.sign(self.truth[k] - scaled[0, k]) * np.sqrt(max(risen, 0.0))))
 
     def informative(self, slopes: NDArray) -> dict[str, Any]:
@@ -125,6 +131,34 @@ class _Case:
             "normal": normal.tolist(),
             "informative": bool(clean.identified.all() and inside),
         }
+
+    def straight(self, slopes: NDArray) -> dict[str, Any]:
+        """Whether intervals would hold the truth if the model were straight, as J (n, p) has it there.
+
+        For such a model they are exact: what these miss with the same noise is the luck of the noise.
+        """
+        off = np.linalg.lstsq(slopes, self.simulated.noise[: self.n] / self.world.noise, rcond=None)[0]
+        bound, reach = axes(slopes).marginal, ndtri(0.5 + np.array(LEVELS) / 2.0)
+        return {"straight": [(np.abs(off) <= end * bound).tolist() for end in reach]}
+
+    def field(self) -> dict[str, Any]:
+        """How much of the true field at the end lies in the pointwise band of 95 % about the estimated one.
+
+        Shares of the cells: of all, and of those whose band is wider than ``SEEN``; and how many these are.
+        """
+        water, found, duration = self.simulated.water, self.assessed, self.world.mission.duration
+        truth = water.truth()
+        true, estimate = (
+            model.field(theta, duration, truth.grid)
+            for model, theta in ((truth, self.simulated.truth), (water, found.estimate))
+        )
+        theta = self.parameters.centre + self.parameters.half_width * draws(found)
+        std = field_std(water, estimate, theta, duration, truth.grid, found.solved)
+        held, seen = np.abs(estimate - true) <= ndtri(0.975) * std, std > SEEN * self.world.noise
+        share = float(held[seen].mean()) if seen.any() else None
+        off = float(np.sqrt(np.mean((estimate - true) ** 2)))
+        told = float(np.sqrt(np.mean(std**2)))
+        return {"field": [float(held.mean()), share, float(seen.mean())], "field rms": [off, told]}
 
     def without_the_noise_s_size(self) -> dict[str, Any]:
         """The interval of 95 % where the size of the noise follows from the residuals."""

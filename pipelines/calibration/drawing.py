@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from fieldrl.figures import style
 from pipelines.calibration import evidence
 from pipelines.calibration.missions import AGENTS, SIZES
+from pipelines.calibration.needed import WIDTHS
 from pipelines.calibration.tables import Judged, experiments, of
 from pipelines.calibration.wrong import WRONG
 
@@ -84,6 +85,26 @@ def _coverage(axes: Axes, judged: Judged) -> None:
     axes.set_ylim(0.35, 1.01)
     style.label(axes, "samples of a mission", "coverage")
     style.title(axes, "Intervals of 50, 80, 95 %")
+
+
+def draw_needed(judged: Judged) -> Figure:
+    """Share of the missions whose intervals are all narrow enough, by samples; a panel for each agent."""
+    drawing = style.figure(style.PAGE, 2.2)
+    row = style.panels(drawing, len(AGENTS), shared=True)
+    for axes, agent in zip(row, AGENTS, strict=True):
+        style.open_frame(axes)
+        rows = judged.get(("advection", f"needed {agent}"), ())
+        for width, colour, dash in zip(WIDTHS if rows else (), style.SERIES, style.DASHES, strict=False):
+            narrow = np.array([row["widest"] for row in rows]) < width
+            share = np.maximum.accumulate(narrow, axis=1).mean(axis=0)
+            n = np.arange(1, len(share) + 1)
+            axes.step(n, share, where="mid", color=colour, ls=dash, lw=1.0, label=f"width {width:g}")
+        axes.set_ylim(0, 1.02)
+        style.count_along_x(axes)
+        style.label(axes, "samples", "intervals narrow enough" if axes is row[0] else "")
+        style.title(axes, agent.capitalize())
+    style.legend_across(drawing, row[0])
+    return drawing
 
 
 def _power(axes: Axes, judged: Judged) -> None:

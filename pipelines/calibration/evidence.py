@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 from scipy.stats import binom, kstest
 
 from fieldrl.uncertainty.misfit import LEVEL
@@ -106,6 +107,75 @@ def share(hits: Iterable[Any], nominal: float) -> Share:
 def coverage(rows: Rows, what: str) -> list[Share]:
     """Of the intervals (``covered``) or joint regions (``region``), at each of ``LEVELS``."""
     return [share((row[what][i] for row in rows), level) for i, level in enumerate(LEVELS)]
+
+
+def against_straight(rows: Rows) -> list[Share]:
+    """Coverage of the intervals, less that of a straight model's with the same noise, plus the nominal value.
+
+    The straight model's intervals are exact, so what they miss beyond their share is the luck of the noise.
+    The band is that of the difference, by its own scatter.
+    """
+    found = []
+    for i, level in enumerate(LEVELS):
+        off = np.array([np.subtract(row["covered"][i], row["straight"][i], dtype=float) for row in rows])
+        reach = -ndtri((1 - BAND) / 2) * off.std(axis=0).max() / np.sqrt(len(off))
+        found.append(Share(level + off.mean(axis=0), len(off), level - reach, level + reach))
+    return found
+
+
+class Needed(NamedTuple):
+    """Samples until every interval is narrower than a width.
+
+    Args:
+        median: infinite where fewer than half of the missions come so far.
+        stopped: share of the missions that do.
+        held: whether the intervals hold their truth at the stop.
+    """
+
+    median: float
+    stopped: float
+    held: Share
+
+
+def needed(rows: Rows, width: float) -> Needed:
+    """Of missions that stop."""
+    narrow = np.array([row["widest"] for row in rows]) < width
+    stopped = narrow.any(axis=1)
+    at = np.where(stopped, narrow.argmax(axis=1), -1)
+    samples = np.where(stopped, at + 1.0, np.inf)
+    held = [row["held"][i] for row, i in zip(rows, at, strict=True) if i >= 0]
+    return Needed(float(np.quantile(samples, 0.5, method="inverted_cdf")), float(stopped.mean()),
+                  share(held, 0.95) if held else Share(np.full(1, np.nan), 0, np.nan, np.nan))  # fmt: skip
+
+
+class Band(NamedTuple):
+    """The pointwise band of 95 % about the estimated field at the end of a mission.
+
+    Args:
+        count: missions whose band is anywhere wide enough to be looked at.
+        held: mean share of its cells there that hold the true field.
+        low: of its band by resampling the missions.
+        high: of it.
+        ratio: root mean square error of the field there over what the standard deviation says, median.
+    """
+
+    count: int
+    held: float
+    low: float
+    high: float
+    ratio: float
+
+
+def band(rows: Rows) -> Band | None:
+    """Of the missions whose field was looked at; None where there is none."""
+    seen = [row for row in rows if row.get("field", [0, None])[1] is not None]
+    if not seen:
+        return None
+    held = np.array([row["field"][1] for row in seen])
+    again = np.random.default_rng(0).integers(len(held), size=(1000, len(held)))
+    low, high = np.quantile(held[again].mean(axis=1), [(1 - BAND) / 2, (1 + BAND) / 2])
+    ratio = float(np.median([row["field rms"][0] / row["field rms"][1] for row in seen]))
+    return Band(len(held), float(held.mean()), float(low), float(high), ratio)
 
 
 def of_size(rows: Rows, n: int) -> Rows:

@@ -9,6 +9,7 @@ from pipelines.calibration import evidence
 from pipelines.calibration.cases import LEVELS
 from pipelines.calibration.evidence import Rows, Share
 from pipelines.calibration.missions import AGENTS, SIZES
+from pipelines.calibration.needed import WIDTHS
 from pipelines.calibration.selection import EPISODES, HOW, STEPS
 from pipelines.calibration.wrong import WRONG
 
@@ -28,8 +29,9 @@ class Table(NamedTuple):
 def tables(judged: Judged) -> list[Table]:
     """All of them, in the order of docs/uncertainty.md."""
     return [
-        _coverage(judged), _agents(judged), _ranks(judged), _efficiency(judged), _unknown(judged),
-        _alarms(judged), _power(judged), _selection(judged),
+        _coverage(judged), _agents(judged), _luck(judged), _ranks(judged), _efficiency(judged),
+        _unknown(judged), _field(judged), _alarms(judged), _power(judged), _selection(judged),
+        _needed(judged),
     ]  # fmt: skip
 
 
@@ -78,6 +80,46 @@ def _agents(judged: Judged) -> Table:
     return Table(
         "agents", "Coverage of the intervals of 95 %, by agent [%]", ("", *(f"n = {n}" for n in SIZES)), rows
     )
+
+
+def _luck(judged: Judged) -> Table:
+    rows = []
+    for experiment in experiments(judged):
+        for agent in AGENTS:
+            some = judged.get((experiment, agent), ())
+            if not some:
+                continue
+            each = [evidence.of_size(some, n) for n in SIZES]
+            straight = [percent(evidence.coverage(part, "straight")[-1]) for part in each]
+            rows.append((f"{experiment}, {agent}, straight", *straight))
+            less = [percent(evidence.against_straight(part)[-1]) for part in each]
+            rows.append((f"{experiment}, {agent}, less luck", *less))
+    title = "The same where the model is straight, with the same noise; and without the luck of the noise [%]"
+    return Table("luck", title, ("", *(f"n = {n}" for n in SIZES)), rows)
+
+
+def _field(judged: Judged) -> Table:
+    rows = []
+    for experiment in experiments(judged):
+        for title, chosen in ((experiment, list), (f"{experiment}, informative paths", evidence.informative)):
+            found = evidence.band(chosen(of(judged, experiment)))
+            if found:
+                span = f"{100 * found.low:.1f} to {100 * found.high:.1f}"
+                rows.append((title, str(found.count), f"{100 * found.held:.1f}", span, f"{found.ratio:.2f}"))
+    columns = ("", "missions", "true field in the band [%]", "95 % band", "error / told, median")
+    return Table("field", f"The field's pointwise band of 95 %, n = {SIZES[-1]}", columns, rows)
+
+
+def _needed(judged: Judged) -> Table:
+    columns, rows = ("agent", "width", "missions", "samples, median", "stopped [%]", "intervals hold [%]"), []
+    for agent in AGENTS:
+        some = judged.get(("advection", f"needed {agent}"), ())
+        for width in WIDTHS if some else ():
+            found = evidence.needed(some, width)
+            median = f"{found.median:.0f}" if found.median < float("inf") else f"more than {SIZES[-1]}"
+            held = percent(found.held) if found.held.count else ""
+            rows.append((agent, f"{width:g}", str(len(some)), median, f"{100 * found.stopped:.0f}", held))
+    return Table("needed", "Samples until every interval of 95 % is narrower", columns, rows)
 
 
 def _ranks(judged: Judged) -> Table:

@@ -4,8 +4,8 @@ python -m pipelines.faults.fuzz [cases=2000] [seed=0] [jobs=2]
 
 Each case is a command line: an experiment, small, with one or two overrides that may be nonsense. Every value
 of ``HOSTILE`` may meet every key and every node. Cases run through ``fieldrl.cli.main.main`` in worker
-processes with a limit of time and of memory, one in a hundred as a command of its own. What is valid runs to
-its end, unless it is estimated to take longer than a few seconds.
+processes with limits of processor time and memory, one in a hundred as a command of its own. What is valid
+runs to its end, unless it is estimated to take longer than a few seconds.
 
 Takes half an hour.
 """

@@ -16,6 +16,8 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
+import psutil
+
 VERDICTS = {
     "refused": "refused in 1 to 3 lines that name the key",
     "ran": "ran to the end",
@@ -28,7 +30,8 @@ VERDICTS = {
 }
 GOOD = ("refused", "ran", "long")
 
-PATIENCE = 60.0  # that a case may take [s]
+PATIENCE = 60.0  # processor time that a case may take [s]
+HANGING = 600.0  # as long by the clock: a busy machine is no fault of the case [s]
 LONG = 5.0  # a valid run that is estimated to take longer is not run [s]
 MEMORY = 8 * 2**30  # address space of a worker [bytes]
 
@@ -62,6 +65,7 @@ class _Worker:
     pipe: Connection
     number: int = -1
     since: float = 0.0
+    before: float = 0.0
 
     @classmethod
     def start(cls, folder: Path) -> _Worker:
@@ -72,7 +76,7 @@ class _Worker:
         return cls(process, here)
 
     def give(self, number: int, task: tuple[Sequence[str], bool]) -> None:
-        self.number, self.since = number, time.monotonic()
+        self.number, self.since, self.before = number, time.monotonic(), self._processor_time()
         self.pipe.send((number, *task))
 
     def result(self) -> Seen | None:
@@ -83,7 +87,16 @@ class _Worker:
                 return self.pipe.recv()
         except (EOFError, OSError):
             return Seen(seconds=seconds, verdict="died")
-        return Seen(seconds=seconds, verdict="time-out") if seconds > PATIENCE else None
+        late = seconds > HANGING or self._processor_time() - self.before > PATIENCE
+        return Seen(seconds=seconds, verdict="time-out") if late else None
+
+    def _processor_time(self) -> float:
+        """Of the process so far; 0 where it has died [s]."""
+        try:
+            times = psutil.Process(self.process.pid).cpu_times()
+        except psutil.Error:
+            return 0.0
+        return times.user + times.system
 
     def end(self) -> None:
         self.process.kill()
@@ -145,7 +158,7 @@ def _alone(arguments: Sequence[str]) -> Seen:
     """As a command of its own."""
     command = [sys.executable, "-m", "fieldrl.cli.main", *arguments]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=HANGING, check=False)
     except subprocess.TimeoutExpired:
         return Seen(verdict="time-out")
     return Seen(done.returncode, done.stderr)

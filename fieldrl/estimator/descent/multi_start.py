@@ -32,7 +32,7 @@ class MultiStart:
         budget: at most so many solves in one descent.
         tolerance: a descent ends when loss or unknowns change relatively by less.
         difference: step of the differences [half-width of the bounds].
-        share: start from the solves that earlier fits left in the problem.
+        share: with the solves that earlier fits left in the problem; without, fold 0 descends from them too.
         tikhonov: tau >= 0, weight of the pull towards the centre of the bounds [field unit^2].
     """
 
@@ -57,7 +57,7 @@ class MultiStart:
         if not len(problem.samples):
             return at_centre(problem, self.share)
         ledger = Ledger(problem, self.share)
-        starts, loss = additive_recurrence(self.starts, len(problem.model.parameters)), np.inf
+        starts, loss = self._starts(problem), np.inf
         gap, converged = np.full(problem.folds, np.inf), np.zeros(problem.folds, dtype=bool)
         for u in starts:
             end = Descent(self, problem, ledger, 0).run(np.array(u))
@@ -67,6 +67,14 @@ class MultiStart:
             descent = Descent(self, problem, ledger, fold)
             _, gap[fold], converged[fold] = descent.run(descent.best())
         return replace(ledger.fit(), gap=gap, converged=converged)
+
+    def _starts(self, problem: FitProblem) -> NDArray[np.float64]:
+        """Where fold 0 descends from, (k, p) [half-width]: what is known, and all over the bounds."""
+        parameters = problem.model.parameters
+        spread = additive_recurrence(self.starts, len(parameters))
+        if self.share or not len(problem.known):
+            return spread
+        return np.vstack([(problem.known - parameters.centre) / parameters.half_width, spread])
 
 
 def fit(problem: FitProblem, starts: int, tikhonov: float = 1e-3, share: bool = False) -> Fit:

@@ -15,19 +15,21 @@ from fieldrl.reward.total_error import TotalError
 from fieldrl.vehicle.unicycle import Unicycle
 
 
+def small(**changed: Any) -> Mission:
+    """The mission, with some parts changed."""
+    parts = {
+        "water": Advection(),
+        "vehicle": Unicycle(),
+        "agent": SarsaLambda(),
+        "estimator": LeastSquares(),
+        "reward": TotalError(),
+        "episodes": 3,
+        "steps": 4,
+        "evaluation_episodes": 2,
+    }
+    return Mission(**parts | changed)
+
+
 @pytest.fixture
 def mission() -> Callable[..., Mission]:
-    def build(**changed: Any) -> Mission:
-        parts = {
-            "water": Advection(),
-            "vehicle": Unicycle(),
-            "agent": SarsaLambda(),
-            "estimator": LeastSquares(),
-            "reward": TotalError(),
-            "episodes": 3,
-            "steps": 4,
-            "evaluation_episodes": 2,
-        }
-        return Mission(**parts | changed)
-
-    return build
+    return small

@@ -5,11 +5,13 @@ import pytest
 
 import fieldrl
 from fieldrl.core.parameters import Parameters
+from fieldrl.core.samples import Samples
 from fieldrl.core.streams import stream
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.loss.huber import Huber
 from fieldrl.loss.squared import Squared
 from fieldrl.loss.student_t import StudentT
+from fieldrl.pde.advection import Advection
 
 
 class Line:
@@ -37,7 +39,7 @@ FIT = LeastSquares(tikhonov=1e-9, starts=1)
 @pytest.mark.parametrize("loss", [Huber(), StudentT()], ids=["huber", "student_t"])
 def test_outliers_do_not_move_a_robust_estimate_and_its_interval_covers(loss):
     covered, rng = [], stream(0, "outliers of a test")
-    for _ in range(40):
+    for _ in range(25):
         theta = rng.uniform(-5, 5, 2)
         samples = table(theta, rng)
         samples["value"][[3, 11]] += (30.0, 8.0)
@@ -82,3 +84,19 @@ def test_one_stated_noise_for_all_leaves_least_squares_as_it_was():
     samples = table((1.0, 2.0), stream(3, "noise of a test"))
     plain, stated = (fieldrl.estimate(samples, Line(), FIT, Squared(), **more) for more in ({}, {"std": 0.1}))
     assert np.array_equal(plain.theta, stated.theta)
+
+
+@pytest.mark.parametrize("loss", [Huber(), StudentT()], ids=["huber", "student_t"])
+def test_the_narrow_minimum_of_a_robust_loss_is_found_where_the_model_is_compiled(loss):
+    rng = stream(4, "outliers of a test")
+    theta, water, hits = np.array([4.2, 3.1]), Advection(), 0
+    for _ in range(6):
+        times = np.sort(rng.uniform(0.5, 12, 25))
+        positions = 50 + times[:, None] * theta + rng.normal(0, 25, (25, 2))
+        values = water.predict(theta[None], positions, times)[0] + rng.normal(0, 1, 25)
+        values[12] += 40.0
+        found = fieldrl.estimate(Samples.of(positions, times, values), water, LeastSquares(), loss)
+        assert 12 in found.outliers
+        assert 0.4 < found.noise < 2.0
+        hits += bool(np.all(np.abs(found.theta - theta) < 4 * np.array(list(found.std.values()))))
+    assert hits == 6

@@ -45,6 +45,29 @@ def test_intervals_that_are_a_tenth_too_narrow_are_found_out():
     assert evidence.uniform(wrong) < 0.01
 
 
+def test_what_the_luck_of_the_noise_did_is_taken_off():
+    unlucky = [row | {"straight": row["covered"]} for row in rows(std=1.1)]
+    assert not any(share.inside for share in evidence.coverage(unlucky, "covered"))
+    assert all(share.inside for share in evidence.against_straight(unlucky))
+    narrow = [row | {"straight": right["covered"]} for row, right in zip(rows(told=0.9), rows(), strict=True)]
+    assert not any(share.inside for share in evidence.against_straight(narrow))
+
+
+def test_samples_needed_are_counted_to_the_first_narrow_interval():
+    tried = [{"widest": [3.0, 0.9, 2.0], "held": [[True], [i > 0], [True]]} for i in range(10)]
+    found = evidence.needed([*tried, {"widest": [3.0] * 3, "held": [[True]] * 3}], 1.0)
+    assert (found.median, found.stopped) == (2.0, 10 / 11)
+    assert found.held.found[0] == 0.9
+    assert evidence.needed(tried, 0.5).median == np.inf
+
+
+def test_a_band_of_the_field_that_is_nowhere_wide_is_not_looked_at():
+    told = [{"field": [1.0, None, 0.0], "field rms": [0.0, 0.0]}]
+    assert evidence.band([*told, {}]) is None
+    found = evidence.band([*told, {"field": [1.0, 0.9, 0.2], "field rms": [0.5, 1.0]}])
+    assert (found.count, found.held, found.ratio) == (1, 0.9, 0.5)
+
+
 def test_one_unknown_out_of_its_band_is_enough():
     hits = np.ones((400, 2))
     hits[:20, 0] = 0.0

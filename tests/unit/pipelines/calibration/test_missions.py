@@ -50,8 +50,11 @@ def test_choosing_the_best_judges_three_estimates(random_world, monkeypatch):
 def test_what_is_finished_is_not_judged_again(tmp_path, monkeypatch):
     monkeypatch.setattr(blocks, "COUNTS", {"small": {"advection": 1}})
     monkeypatch.setattr(blocks, "RUNS", {"small": 0})
+    monkeypatch.setattr(blocks, "NEEDED", {"small": 1})
     settings = Settings(scale="small", output_dir=str(tmp_path), jobs=1)
     found = blocks.find(settings)
     assert [row["n"] for row in found["advection", "learned"]] == list(SIZES)
+    assert len(found["advection", "needed learned"][0]["widest"]) == SIZES[-1]
     monkeypatch.setattr(blocks, "judge", None)
+    monkeypatch.setattr(blocks, "needed", None)
     assert blocks.find(settings) == found
