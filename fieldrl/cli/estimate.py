@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,9 +19,11 @@ from fieldrl.cli.compose import plain, unresolved
 from fieldrl.core.checks import FieldrlError
 from fieldrl.runs.configuration import Composed
 from fieldrl.runs.estimate_job import EstimateJob, perform
-from fieldrl.runs.folder import Run
+from fieldrl.runs.folder import Run, text
+from fieldrl.runs.title import overrides_of
 
 _READER, _LOSS = "+observations=sample_file", "loss="
+_MODEL = re.compile(r"[+~]*(experiment|pde|unknown|estimator)\b")
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -88,17 +91,24 @@ def _searched(folders: Sequence[str]) -> list[str]:
 
 
 def _experiment(file: str, overrides: Sequence[str]) -> list[str]:
-    """The experiment of a run whose record is the file, where none is named."""
+    """What chose the model and the estimator of the run whose record is the file, where none is named."""
     if any(word.startswith(("experiment=", "pde=")) for word in overrides):
         return []
     path = Path(file) / "record.nc" if Path(file).is_dir() else Path(file)
     name = path.parent.name.rpartition("-")[0] if path.name == "record.nc" else ""
+    kept = [
+        word
+        for word in overrides_of(text(path.parent / ".hydra" / "overrides.yaml"))
+        if name and _MODEL.match(word)
+    ]
+    if any(word.startswith("experiment=") for word in kept):
+        return kept
     from fieldrl.runs.options import options
 
     if name not in options("experiment"):
         known = ", ".join(options("experiment"))
         raise FieldrlError(f"which model is meant? experiment=NAME says it; choose one of {known}")
-    return [f"experiment={name}"]
+    return [f"experiment={name}", *kept]
 
 
 class Shown(terminal.Terminal):
