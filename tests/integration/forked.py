@@ -6,6 +6,7 @@ import atexit
 import multiprocessing.process
 import os
 import sys
+import threading
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from multiprocessing import get_context
@@ -67,5 +68,6 @@ def _be_command(
     sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False) for number in (1, 2))  # noqa: SIM115
     with nullcontext() if figures else without_figures():
         status = main(list(arguments))
-    atexit._run_exitfuncs()  # as the interpreter does before it ends
+    threading._shutdown()  # type: ignore[attr-defined]  # as the interpreter does before it ends
+    atexit._run_exitfuncs()
     sys.exit(status)

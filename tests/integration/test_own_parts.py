@@ -49,7 +49,7 @@ def folder(tmp_path):
 def test_a_plain_model_runs_from_the_command_line_and_is_tracked_and_its_code_is_part_of_the_key(folder):
     allowed = {"PYTHONPATH": str(folder), "FIELDRL_PACKAGES": "my_model"}
     command = ("--config-dir", "conf", "experiment=advection", "pde=mine", *SMALLEST[:-1], "parallel=serial")
-    finished = fieldrl(folder, *command, **allowed)
+    finished = fieldrl(folder, *command, figures=True, **allowed)
     assert finished.returncode == 0, finished.stderr
     assert finished.stderr == ""
     (run,) = (folder / "outputs" / "runs").iterdir()

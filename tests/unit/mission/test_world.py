@@ -91,7 +91,7 @@ def test_of_a_model_without_a_field_pictures_are_left_out_and_it_is_said(mission
         drawn = draw_run(record, tmp_path)
     assert len(said) == 1
     assert {path.stem for path in drawn} == set(drawings(record))
-    assert set(drawings(record)) == {"path", "learning_curve", "residuals", "convergence"}
+    assert set(drawings(record)) == {"path", "learning_curve", "residuals", "convergence", "regions"}
 
 
 def test_the_estimator_for_dear_models_serves_too(mission):
