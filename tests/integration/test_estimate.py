@@ -43,7 +43,8 @@ def test_samples_of_a_file_give_the_unknowns(samples, capsys):
     assert summary["samples"]["used"] == 30
     assert summary["samples"]["dropped"] == 1
     assert summary["e_total"] == pytest.approx(summary["e_f"] + summary["e_cv"])
-    assert {path.stem for path in (folder / "figures").glob("*.png")} == {"samples", "residuals", "fit", "regions"}
+    drawn = {path.stem for path in (folder / "figures").glob("*.png")}
+    assert drawn == {"samples", "residuals", "fit", "regions"}
     with xr.open_dataset(folder / "record.nc", engine="h5netcdf") as record:
         assert np.isnan(record["true"]).all()
         assert np.isnan(record["field_true"]).all()
