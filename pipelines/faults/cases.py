@@ -33,13 +33,13 @@ GAUSSIAN = (
     "estimator.initial=3", "episodes=3", "steps=1", "evaluation_episodes=1", "replicates=1",
 )  # fmt: skip
 WORKERS = (*_SMALL, "tracking=none", "parallel.jobs=2")
-SLOW = (*WORKERS, "pde._target_=pipelines.faults.victims.Slow")
+SLOW = (*WORKERS, "episodes=10", "pde._target_=pipelines.faults.victims.Slow")
 SLOW_SWEEP = (
     "-m", *SLOW, "replicates=1", "seed=0,1,2", "hydra/launcher=joblib",
     "hydra.launcher.n_jobs=2",
 )  # fmt: skip
 TRACKED = (*_SMALL, "parallel=serial")
-UNRELIABLE = (*GYRE, "pde._target_=pipelines.faults.victims.Unreliable")
+UNRELIABLE = (*GYRE, "episodes=2", "pde._target_=pipelines.faults.victims.Unreliable")
 SWEEP = ("-m", *_SMALL, *_QUIET, "episodes=10", "seed=0,1,2")
 SINGLE = (ADVECTION, GYRE, CHANCE, WORKERS, GAUSSIAN)
 """What is killed: every agent that has chance, every estimator, one process and several."""
