@@ -22,7 +22,7 @@ from fieldrl.runs.estimate_job import EstimateJob, perform
 from fieldrl.runs.folder import Run, text
 from fieldrl.runs.title import overrides_of
 
-_READER, _LOSS = "+observations=sample_file", "loss="
+_READER, _LOSS = "+measurements=sample_file", "loss="
 _MODEL = re.compile(r"[+~]*(experiment|pde|unknown|estimator)\b")
 
 
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str]) -> None:
         usage, what = help_text.VERBS["estimate"]
         print(f"usage: fieldrl {usage}\n\n{what}. FILE is CSV, Parquet, NetCDF or a run's record.\n")
         print(
-            f"keys of observations, in {help_text.directory()}/observations/sample_file.yaml; docs/samples.md"
+            f"keys of measurements, in {help_text.directory()}/measurements/sample_file.yaml; docs/samples.md"
         )
         return
     perform(estimate_job(arguments), Shown())
@@ -64,10 +64,10 @@ def estimate_job(arguments: Sequence[str]) -> EstimateJob:
             raise
         raise refused(error, given) from error
     composed = Composed(dict(config), "estimate", tuple(overrides))
-    observations, loss = config.pop("observations"), config.pop("loss")
+    measurements, loss = config.pop("measurements"), config.pop("loss")
     options = [f"--config-dir={folder}" for folder in folders]
     command = shlex.join(["fieldrl", "estimate", *options, files[0], *overrides])
-    return EstimateJob.of(files[0], config, observations, loss, composed.files(), command)
+    return EstimateJob.of(files[0], config, measurements, loss, composed.files(), command)
 
 
 def _config_folders(arguments: Sequence[str]) -> tuple[list[str], list[str]]:

@@ -12,14 +12,14 @@ from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import Compiled, ForwardModel
 from fieldrl.loss.squared import Squared
-from fieldrl.mission.believed import Loss
+from fieldrl.measurements.sample_file import SampleFile
+from fieldrl.measurements.usable import usable
 from fieldrl.mission.environment import Estimator
 from fieldrl.mission.from_samples import Estimate
 from fieldrl.mission.from_samples import estimate as concluded
+from fieldrl.mission.robust_residuals import Loss
 from fieldrl.mission.suggestion import Suggestion
 from fieldrl.mission.suggestion import suggest as next_samples
-from fieldrl.observations.sample_file import SampleFile
-from fieldrl.observations.usable import usable
 
 
 def estimate(
@@ -33,7 +33,7 @@ def estimate(
         model: a forward model, or the name of an experiment whose model and estimator are meant.
         estimator: what fits; None: least squares for a compiled model, composite Bayesian optimisation else.
         loss: of a residual, such as ``fieldrl.loss.huber.Huber()``; None: squared.
-        reading: how the samples are read, see ``fieldrl.observations.sample_file.SampleFile``.
+        reading: how the samples are read, see ``fieldrl.measurements.sample_file.SampleFile``.
 
     Returns:
         The estimate, its errors and intervals; printing it says all of this.

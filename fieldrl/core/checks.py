@@ -97,7 +97,10 @@ def positive(key: str, value: Any, unit: str = "") -> float:
 
 def not_negative(key: str, value: Any, unit: str = "") -> float:
     """``value`` as a finite float >= 0."""
-    return _ranged(key, value, unit, "must be >= 0", lambda x: x >= 0)
+    checked = _ranged(key, value, unit, "must be >= 0", lambda x: x >= 0)
+    if 0.0 < checked < SMALLEST:
+        raise InvalidValue(key, value, f"must be 0 or >= {SMALLEST:g}", unit)
+    return checked
 
 
 def at_least(key: str, value: Any, least: float, unit: str = "") -> float:

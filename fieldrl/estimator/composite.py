@@ -17,7 +17,7 @@ from fieldrl.core import checks
 from fieldrl.core.cost import DOUBLE, Cost, Extent, solve_seconds
 from fieldrl.core.kinds import component
 from fieldrl.estimator.designs import additive_recurrence
-from fieldrl.estimator.ledger import Ledger, at_centre
+from fieldrl.estimator.evaluations import Evaluations, at_centre
 from fieldrl.estimator.problem import Fit, FitProblem, ForwardModel
 from fieldrl.estimator.surrogate.acquisition import Acquisition, Solves, neighbours, overlooked
 
@@ -93,18 +93,18 @@ class Composite:
         problem = replace(problem, tikhonov=self.tikhonov)
         if not len(problem.samples):
             return at_centre(problem, self.share)
-        ledger = Ledger(problem, self.share, self.workers)
-        _begin(self, problem, ledger)
+        evaluations = Evaluations(problem, self.share, self.workers)
+        _begin(self, problem, evaluations)
         while True:
-            acquisition = Acquisition(self, problem, _known(problem, ledger), ledger.failed)
-            proposals, acquisition = _propose(acquisition, min(self.batch, self.budget - ledger.evaluations))
+            acquisition = Acquisition(self, problem, _known(problem, evaluations), evaluations.failed)
+            proposals, acquisition = _propose(acquisition, min(self.batch, self.budget - evaluations.count))
             if not proposals:
-                return self._conclude(acquisition, ledger)
-            ledger.ask_all(proposals)
+                return self._conclude(acquisition, evaluations)
+            evaluations.ask_all(proposals)
 
-    def _conclude(self, acquisition: Acquisition, ledger: Ledger) -> Fit:
+    def _conclude(self, acquisition: Acquisition, evaluations: Evaluations) -> Fit:
         """The fit: minimisers on the surrogate where they are known well enough, else the best solves."""
-        solved, parameters = ledger.fit(), acquisition.problem.model.parameters
+        solved, parameters = evaluations.fit(), acquisition.problem.model.parameters
         theta, loss, residuals = solved.theta.copy(), solved.loss.copy(), solved.residuals.copy()
         gap, tolerated = acquisition.gaps(), acquisition.tolerated()
         converged = gap <= tolerated
@@ -120,20 +120,20 @@ class Composite:
         )
 
 
-def _begin(settings: Composite, problem: FitProblem, ledger: Ledger) -> None:
+def _begin(settings: Composite, problem: FitProblem, evaluations: Evaluations) -> None:
     """Solve the initial design, less what is known; its first point is theta0."""
     parameters = problem.model.parameters
     for u in additive_recurrence(settings.budget, len(parameters)):
-        if len(ledger.theta) >= settings.initial or ledger.evaluations >= settings.budget:
+        if len(evaluations.theta) >= settings.initial or evaluations.count >= settings.budget:
             break
-        ledger.ask(parameters.centre + parameters.half_width * u)
-    if not len(ledger.theta):
-        ledger.fit()  # raises what the solves raised
+        evaluations.ask(parameters.centre + parameters.half_width * u)
+    if not len(evaluations.theta):
+        evaluations.fit()  # raises what the solves raised
 
 
-def _known(problem: FitProblem, ledger: Ledger) -> Solves:
+def _known(problem: FitProblem, evaluations: Evaluations) -> Solves:
     """All solves that did not fail."""
-    theta, residuals, parameters = ledger.theta, ledger.residuals, problem.model.parameters
+    theta, residuals, parameters = evaluations.theta, evaluations.residuals, problem.model.parameters
     u = (theta - parameters.centre) / parameters.half_width
     return Solves(u, residuals + problem.samples.values, problem.losses(residuals, theta))
 

@@ -21,7 +21,7 @@ from fieldrl.core import checks
 from fieldrl.core.cost import DOUBLE, Cost, Extent, solve_seconds
 from fieldrl.core.kinds import component
 from fieldrl.core.streams import stream
-from fieldrl.estimator.ledger import Ledger, at_centre
+from fieldrl.estimator.evaluations import Evaluations, at_centre
 from fieldrl.estimator.problem import Fit, FitProblem, ForwardModel, Optimisation
 
 SCALES = ("log", "linear")
@@ -90,18 +90,18 @@ class GaussianProcess:
             return self._together(problem) if self.share else self._apart(problem)
 
     def _together(self, problem: FitProblem) -> Fit:
-        """One ledger for all folds."""
-        ledger = Ledger(problem, share=True)
-        gains = [_Optimisation(self, problem, ledger, fold).run() for fold in range(problem.folds)]
-        return self._judged(ledger.fit(), np.array(gains))
+        """One store of evaluations for all folds."""
+        evaluations = Evaluations(problem, share=True)
+        gains = [_Optimisation(self, problem, evaluations, fold).run() for fold in range(problem.folds)]
+        return self._judged(evaluations.fit(), np.array(gains))
 
     def _apart(self, problem: FitProblem) -> Fit:
-        """A ledger for each fold: n + 1 optimisations that know nothing of each other."""
+        """A store of evaluations for each fold: n + 1 optimisations that know nothing of each other."""
         fits, gains = [], []
         for fold in range(problem.folds):
-            ledger = Ledger(problem)
-            gains.append(_Optimisation(self, problem, ledger, fold).run())
-            fits.append(ledger.fit())
+            evaluations = Evaluations(problem)
+            gains.append(_Optimisation(self, problem, evaluations, fold).run())
+            fits.append(evaluations.fit())
         courses = [fit.course for fit in fits if fit.course is not None]
         together = Fit(
             theta=np.array([fit.theta[fold] for fold, fit in enumerate(fits)]),
@@ -125,8 +125,10 @@ class GaussianProcess:
 class _Optimisation:
     """One fold's optimisation by scikit-optimize."""
 
-    def __init__(self, settings: GaussianProcess, problem: FitProblem, ledger: Ledger, fold: int) -> None:
-        self.settings, self.problem, self.ledger, self.fold = settings, problem, ledger, fold
+    def __init__(
+        self, settings: GaussianProcess, problem: FitProblem, evaluations: Evaluations, fold: int
+    ) -> None:
+        self.settings, self.problem, self.evaluations, self.fold = settings, problem, evaluations, fold
         self.lowest, self.highest = np.inf, -np.inf
 
     def run(self) -> float:
@@ -135,21 +137,21 @@ class _Optimisation:
         Returns:
             What one more solve is expected to gain; infinite before there is a model.
         """
-        settings, before = self.settings, self.ledger.evaluations
+        settings, before = self.settings, self.evaluations.count
         known = self._known()
         optimizer = self._optimizer(max(settings.initial - len(known), 0))
         if known:
             optimizer.tell([theta.tolist() for theta, _ in known], [self._told(loss) for _, loss in known])
         for _ in range(settings.budget):
             proposal = [float(x) for x in optimizer.ask()]
-            if self.ledger.evaluations - before >= settings.budget or self._is_idle(optimizer, proposal):
+            if self.evaluations.count - before >= settings.budget or self._is_idle(optimizer, proposal):
                 break
             optimizer.tell(proposal, self._told(self._loss(np.array(proposal))))
         return self._expected_gain(optimizer, [float(x) for x in optimizer.ask()])
 
     def _known(self) -> list[tuple[NDArray, float]]:
-        """The best solves that the ledger holds for this fold, with their losses."""
-        theta, residuals = self.ledger.theta, self.ledger.residuals
+        """The best solves that the evaluations hold for this fold, with their losses."""
+        theta, residuals = self.evaluations.theta, self.evaluations.residuals
         if not len(theta):
             return []
         losses = self.problem.losses(residuals, theta)[:, self.fold]
@@ -165,7 +167,7 @@ class _Optimisation:
         bounds = list(zip(parameters.lower, parameters.upper, strict=True))
         space: Any = normalize_dimensions(Space(bounds).dimensions)
         noise = "gaussian" if self.settings.noise is None else max(self.settings.noise, 1e-10)
-        rng = stream(self.settings.seed, "gaussian process", n, self.fold, self.ledger.opening)
+        rng = stream(self.settings.seed, "gaussian process", n, self.fold, self.evaluations.opening)
         seed = int(rng.integers(2**31 - 1))
         estimator: Any = cook_estimator("GP", space=space, random_state=seed, noise=noise)
         return Optimizer(
@@ -178,7 +180,7 @@ class _Optimisation:
         )
 
     def _loss(self, theta: NDArray) -> float:
-        residuals = self.ledger.ask(theta)
+        residuals = self.evaluations.ask(theta)
         if residuals is None:
             return np.inf
         return float(self.problem.losses(residuals[None], theta[None])[0, self.fold])

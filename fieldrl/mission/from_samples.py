@@ -18,10 +18,10 @@ from fieldrl.core.domain import Domain, Grid
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.problem import Errors, Fit, FitProblem, ForwardModel, errors
 from fieldrl.loss.squared import Squared
-from fieldrl.mission.believed import Loss, believed, plain_squares
 from fieldrl.mission.environment import Estimator
 from fieldrl.mission.record import EpisodeLog, described
-from fieldrl.mission.trusted import SOLVES, trust_variables
+from fieldrl.mission.robust_residuals import Loss, plain_squares, robust_residuals
+from fieldrl.mission.uncertainty_record import SOLVES, estimate_variables
 from fieldrl.mission.world import even_grid, field_of
 from fieldrl.uncertainty import Assessment, Noise, assess, noise_of, verdict
 from fieldrl.uncertainty.design import information_of
@@ -155,7 +155,7 @@ def estimate(
         problem = FitProblem(model, samples, estimator.tikhonov, True, known)
         fit = estimator.fit(problem)
         return Estimate(model, samples, fit, errors(fit), _assessed(problem, fit, noise_of(samples, None)))
-    made, known = believed(samples, model, estimator, loss)
+    made, known = robust_residuals(samples, model, estimator, loss)
     problem = made.problem(estimator, True, known)
     roots = estimator.fit(problem)
     noise = Noise(np.full(len(samples), made.scale), samples.std is not None or loss.robust)
@@ -244,7 +244,7 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
         "verdict": ((), found.verdict, {"units": "1", "long_name": "what all samples tell, in words"}),
     }  # fmt: skip
     for name, text in (("pooled", "all samples' estimate"), ("best", "all samples' estimate")):
-        variables |= trust_variables(found.assessment, name, text)
+        variables |= estimate_variables(found.assessment, name, text)
     return variables
 
 

@@ -14,7 +14,7 @@ from fieldrl.estimator.problem import FitProblem
 from fieldrl.mission.environment import Water
 from fieldrl.mission.mission import Mission, State
 from fieldrl.mission.record import EpisodeLog, replicate_record
-from fieldrl.mission.trusted import samples_of
+from fieldrl.mission.uncertainty_record import samples_of
 
 Report = Callable[[int, float, float], None]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
+from fieldrl.core.flow_adapter import adapted
 from fieldrl.core.kinds import check_part, component
-from fieldrl.core.ordinary import adapted
 from fieldrl.estimator.problem import Differentiable, Fit, FitProblem
 from fieldrl.mission import stopping
 from fieldrl.mission.environment import Estimator, FieldSampling, Vehicle, Water

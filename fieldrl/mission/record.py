@@ -16,7 +16,7 @@ from fieldrl.estimator.problem import Optimisation
 from fieldrl.mission.environment import FieldSampling, Water
 from fieldrl.mission.field_course import field_course
 from fieldrl.mission.mission import Mission
-from fieldrl.mission.trusted import assessed
+from fieldrl.mission.uncertainty_record import uncertainty_variables
 
 # name: (dimensions after the episode's, unit, long name)
 STEP_VARIABLES: dict[str, tuple[tuple[str, ...], str, str]] = {
@@ -179,7 +179,7 @@ def replicate_record(
         ("parameter",), pooled, {"units": "see parameter_unit", "long_name": "estimate from all samples"},
     )  # fmt: skip
     record = record.assign(
-        assessed(mission, water, learning.values, best, pooled, known, estimate, grid, seed)
+        uncertainty_variables(mission, water, learning.values, best, pooled, known, estimate, grid, seed)
     )
     record["best_episode"] = ((), best, {"units": "1", "long_name": "episode of least total error"})
     record["forward_solves"] = (

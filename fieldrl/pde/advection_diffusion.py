@@ -29,8 +29,8 @@ from fieldrl import __version__
 from fieldrl.core import checks
 from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Domain, Grid
+from fieldrl.core.flow_adapter import adapted
 from fieldrl.core.kinds import OR_NULL, component
-from fieldrl.core.ordinary import adapted
 from fieldrl.core.parameters import Parameters
 from fieldrl.pde.finite_volumes import feasible, resolution, sampling
 from fieldrl.pde.finite_volumes.discretisation import Discretisation, Source, has_streamfunction

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from fieldrl.core.compiled import call_flow
-from fieldrl.core.ordinary import adapted
+from fieldrl.core.flow_adapter import adapted
 
 _SUBSTEPS = 64
 

@@ -14,12 +14,12 @@ import numpy as np
 from fieldrl import __version__
 from fieldrl.core.checks import FieldrlError
 from fieldrl.core.kinds import check_part
-from fieldrl.mission.believed import Loss
+from fieldrl.measurements.sample_file import Reading, SampleFile
+from fieldrl.measurements.usable import usable
 from fieldrl.mission.environment import Estimator
 from fieldrl.mission.from_samples import estimate, estimate_record
+from fieldrl.mission.robust_residuals import Loss
 from fieldrl.mission.summary import summarise
-from fieldrl.observations.sample_file import Reading, SampleFile
-from fieldrl.observations.usable import usable
 from fieldrl.runs import components, configuration, limits, netcdf, warning_lines
 from fieldrl.runs.display import Display
 from fieldrl.runs.folder import Run
@@ -50,7 +50,7 @@ class EstimateJob:
         cls,
         path: str,
         config: Mapping[str, Any],
-        observations: Mapping[str, Any],
+        measurements: Mapping[str, Any],
         loss: Mapping[str, Any],
         hydra: Mapping[str, str],
         command: str,
@@ -60,7 +60,7 @@ class EstimateJob:
         Args:
             path: the file.
             config: plain; what it says of vehicle, agent, reward and budget has no effect.
-            observations: how the file is read, with ``_target_``.
+            measurements: how the file is read, with ``_target_``.
             loss: of a residual, with ``_target_``.
             hydra: what Hydra knows of it: content of ``.hydra/``.
             command: the command line that gives the same.
@@ -69,8 +69,8 @@ class EstimateJob:
             FieldrlError: the configuration or the file is refused.
         """
         configuration.check(config)
-        reader = components.build(observations, "observations")
-        check_part("observations", reader, SampleFile)
+        reader = components.build(measurements, "measurements")
+        check_part("measurements", reader, SampleFile)
         check_part("loss", components.build(loss, "loss"), Loss)
         model = components.model(config)
         reading = usable(reader.read(path), model)

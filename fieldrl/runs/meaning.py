@@ -70,21 +70,22 @@ def sentences(summary: Mapping[str, Any]) -> list[str]:
     return [*said, remarks] if remarks else [*said, *_unidentified(found)]
 
 
-def rounded(value: float, interval: Sequence[float] | None = None) -> str:
+def rounded(value: float, interval: Sequence[float | None] | None = None) -> str:
     """A number with its 95 % interval, to the digits that the interval leaves; else to four digits.
 
     ``0.6287 ± 0.0021``, or ``0.63 [0.61, 0.72]`` where the interval is lopsided.
     """
-    if interval is None or not all(math.isfinite(end) for end in interval):
+    low, high = interval or (None, None)
+    if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
         return f"{value:.4g}"
-    below, above = value - interval[0], interval[1] - value
+    below, above = value - low, high - value
     width = max(below, above, 0.0)
     if width == 0.0:
         return f"{value:.4g}"
     digits = max(0, 1 - math.floor(math.log10(width)))
     if min(below, above) > 0.75 * width:
         return f"{value:.{digits}f} ± {(below + above) / 2:.{digits}f}"
-    return f"{value:.{digits}f} [{interval[0]:.{digits}f}, {interval[1]:.{digits}f}]"
+    return f"{value:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
 
 
 def result_rows(summary: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:

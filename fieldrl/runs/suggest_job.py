@@ -14,8 +14,8 @@ import yaml
 from numpy.typing import NDArray
 
 from fieldrl.core.checks import FieldrlError
+from fieldrl.measurements.sample_file import SampleFile
 from fieldrl.mission.suggestion import Suggestion, suggest
-from fieldrl.observations.sample_file import SampleFile
 from fieldrl.runs import components, configuration, netcdf
 from fieldrl.runs.folder import Run
 
@@ -40,7 +40,7 @@ def perform(run: Run, wanted: Mapping[str, Any]) -> Suggestion:
         problem = "holds no estimate from samples; fieldrl suggest SAMPLES experiment=NAME makes one"
         raise FieldrlError(f"{run.folder}: {problem}")
     config = _config(run.folder)
-    reader = components.build(config.pop("observations"), "observations")
+    reader = components.build(config.pop("measurements"), "measurements")
     config.pop("loss")
     configuration.check(config)
     places = reader.places(wanted["places"]) if wanted.get("places") else None
@@ -57,7 +57,7 @@ def _config(folder: Path) -> dict[str, Any]:
         found = yaml.safe_load((folder / ".hydra" / "config.yaml").read_text())
     except (OSError, yaml.YAMLError) as error:
         raise FieldrlError(f"{folder}: its .hydra/config.yaml cannot be read") from error
-    if not isinstance(found, dict) or not {"observations", "loss"} <= set(found):
+    if not isinstance(found, dict) or not {"measurements", "loss"} <= set(found):
         raise FieldrlError(f"{folder}: its .hydra/config.yaml is not that of an estimate")
     return found
 

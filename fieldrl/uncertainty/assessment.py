@@ -21,8 +21,8 @@ from fieldrl.uncertainty.deviance import Deviance
 from fieldrl.uncertainty.fisher import Axes, axes
 from fieldrl.uncertainty.identifiability import identified, solutions
 from fieldrl.uncertainty.misfit import Misfit, misfit
+from fieldrl.uncertainty.modes import modes
 from fieldrl.uncertainty.noise import Noise
-from fieldrl.uncertainty.places import places
 from fieldrl.uncertainty.predictions import predictions
 from fieldrl.uncertainty.profile import Profile, profile
 
@@ -170,7 +170,7 @@ def _assess(
     parameters = problem.model.parameters
     deviance = _deviance_of(problem, noise, known)
     u, p = np.clip((theta - parameters.centre) / parameters.half_width, -1.0, 1.0), len(parameters)
-    found = places(problem, noise, deviance, u)
+    found = modes(problem, noise, deviance, u)
     least = float(found.deviances[0])
     z, slopes = deviance.linearise(np.stack([u, found.minima[0]]))
     variance, rise = noise.variance(least, p), noise.rise(level, 1, least, p)

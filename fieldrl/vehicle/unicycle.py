@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Circle, Domain, Rectangle
+from fieldrl.core.flow_adapter import adapted
 from fieldrl.core.kinds import component
-from fieldrl.core.ordinary import adapted
 from fieldrl.vehicle.motion import advance, follow
 from fieldrl.vehicle.sensor import Sensor
 
@@ -41,7 +41,7 @@ _SUBSTEP = 2e-7  # time of a Runge-Kutta step [s]
 
 
 class Flow(Protocol):
-    """What the vehicle needs of a flow; see fieldrl.core.ordinary for how it calls one."""
+    """What the vehicle needs of a flow; see fieldrl.core.flow_adapter for how it calls one."""
 
     @property
     def velocity(self) -> Any:

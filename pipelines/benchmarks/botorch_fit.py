@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from fieldrl.estimator.ledger import Ledger
+from fieldrl.estimator.evaluations import Evaluations
 from fieldrl.estimator.problem import Fit, FitProblem
 
 
@@ -31,7 +31,7 @@ def fit(problem: FitProblem, number: int, *, initial: int, budget: int) -> Fit:
     """``budget`` solves, the first ``initial`` of them scrambled Sobol' points, seeded by ``number``."""
     import torch  # pyright: ignore[reportMissingImports]
 
-    parameters, ledger = problem.model.parameters, Ledger(problem)
+    parameters, evaluations = problem.model.parameters, Evaluations(problem)
     lower, width = np.array(parameters.lower), 2 * parameters.half_width
     torch.manual_seed(number)
     torch.set_num_threads(1)
@@ -39,11 +39,11 @@ def fit(problem: FitProblem, number: int, *, initial: int, budget: int) -> Fit:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         for unit in sobol.random(initial):
-            ledger.ask(lower + width * unit)
-        while ledger.evaluations < budget:
-            unit = (ledger.theta - lower) / width
-            ledger.ask(lower + width * _propose(problem, unit, ledger.residuals))
-    return ledger.fit()
+            evaluations.ask(lower + width * unit)
+        while evaluations.count < budget:
+            unit = (evaluations.theta - lower) / width
+            evaluations.ask(lower + width * _propose(problem, unit, evaluations.residuals))
+    return evaluations.fit()
 
 
 def _propose(problem: FitProblem, unit: Any, residuals: Any) -> Any:

@@ -37,9 +37,9 @@ from fieldrl.core.samples import Samples
 from fieldrl.core.streams import stream
 from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.descent.multi_start import Descent, MultiStart
+from fieldrl.estimator.evaluations import Evaluations
 from fieldrl.estimator.gaussian_process import GaussianProcess
 from fieldrl.estimator.least_squares import LeastSquares
-from fieldrl.estimator.ledger import Ledger
 from fieldrl.estimator.problem import Fit, FitProblem
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.pde.solutions import Solutions
@@ -61,10 +61,12 @@ class RandomSearch:
 
     def fit(self, problem: FitProblem, number: int) -> Fit:
         """The best of ``budget`` draws."""
-        parameters, ledger = problem.model.parameters, Ledger(problem)
+        parameters, evaluations = problem.model.parameters, Evaluations(problem)
         rng = stream(number, "random search")
-        ledger.ask_all(list(rng.uniform(parameters.lower, parameters.upper, (self.budget, len(parameters)))))
-        return ledger.fit()
+        evaluations.ask_all(
+            list(rng.uniform(parameters.lower, parameters.upper, (self.budget, len(parameters))))
+        )
+        return evaluations.fit()
 
 
 def methods(rivals: bool = True, botorch: bool = True) -> dict[str, Method]:
@@ -174,10 +176,10 @@ def code() -> str:
 
 def polish(problem: FitProblem, theta: NDArray) -> float:
     """Least loss of a descent from theta (2,)."""
-    ledger, parameters = Ledger(problem), problem.model.parameters
-    descent = Descent(MultiStart(budget=90, tolerance=1e-8), problem, ledger, 0)
+    evaluations, parameters = Evaluations(problem), problem.model.parameters
+    descent = Descent(MultiStart(budget=90, tolerance=1e-8), problem, evaluations, 0)
     descent.run((theta - parameters.centre) / parameters.half_width)
-    return float(ledger.fit().loss[0])
+    return float(evaluations.fit().loss[0])
 
 
 def solves_needed(study: dict[str, Any], name: str) -> float:

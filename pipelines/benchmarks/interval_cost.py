@@ -25,7 +25,7 @@ def measure(experiment: str, overrides: tuple[str, ...]) -> dict[str, Any]:
     """One replicate: its time without uncertainty, what that takes, and how many solves it makes [s]."""
     whole = mission(composed([f"experiment={experiment}", *overrides]))
     replicate, spent = Replicate(whole, 0, 0), {"seconds": 0.0, "solves": 0}
-    assessed, store = recording.assessed, getattr(whole.water, "solutions", None)
+    assessed, store = recording.uncertainty_variables, getattr(whole.water, "solutions", None)
 
     def timed(*arguments: Any) -> dict[str, Any]:
         started, solves = time.perf_counter(), store.solves if store else 0
@@ -37,7 +37,7 @@ def measure(experiment: str, overrides: tuple[str, ...]) -> dict[str, Any]:
     started = time.perf_counter()
     while not replicate.finished:
         replicate.advance()
-    with patch.object(recording, "assessed", timed):
+    with patch.object(recording, "uncertainty_variables", timed):
         replicate.record()
         total = time.perf_counter() - started - spent["seconds"]
         spent.update(seconds=0.0, solves=spent["solves"])

@@ -35,7 +35,7 @@ from fieldrl.core.streams import stream
 from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import FitProblem
-from fieldrl.mission.trusted import SOLVES
+from fieldrl.mission.uncertainty_record import SOLVES
 from fieldrl.pde.advection import Advection
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.pde.flow import (

@@ -31,9 +31,9 @@ from fieldrl.core.samples import Samples
 from fieldrl.core.streams import stream
 from fieldrl.estimator.composite import Composite
 from fieldrl.estimator.descent.multi_start import Descent, MultiStart
+from fieldrl.estimator.evaluations import Evaluations
 from fieldrl.estimator.gaussian_process import GaussianProcess
 from fieldrl.estimator.least_squares import LeastSquares
-from fieldrl.estimator.ledger import Ledger
 from fieldrl.estimator.problem import Fit, FitProblem
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.vehicle.unicycle import Unicycle
@@ -102,14 +102,14 @@ def _told(fit: Fit, problem: FitProblem) -> dict[str, Any]:
 def minima(p: int, number: int, cells: tuple[int, ...], found: list[Any]) -> list[float]:
     """The least known loss of every fold, after descents from the best and from the truth, (folds,)."""
     problem, theta = random_problem(p, number, cells)
-    ledger, parameters = Ledger(problem), problem.model.parameters
-    ledger.ask_all([theta, *(np.array(one) for thetas in found for one in thetas)])
+    evaluations, parameters = Evaluations(problem), problem.model.parameters
+    evaluations.ask_all([theta, *(np.array(one) for thetas in found for one in thetas)])
     for fold in range(problem.folds):
-        descent = Descent(MultiStart(budget=200, tolerance=1e-8), problem, ledger, fold)
+        descent = Descent(MultiStart(budget=200, tolerance=1e-8), problem, evaluations, fold)
         descent.run(descent.best())
         if not fold:
             descent.run((theta - parameters.centre) / parameters.half_width)
-    return ledger.fit().loss.tolist()
+    return evaluations.fit().loss.tolist()
 
 
 def study(p: int, number: int, cells: tuple[int, ...]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from scipy.special import ndtr, ndtri
 
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.problem import Compiled, Differentiable, FitProblem
-from fieldrl.mission.trusted import SOLVES
+from fieldrl.mission.uncertainty_record import SOLVES
 from fieldrl.uncertainty import Assessment, Noise, assess, draws, field_std
 from fieldrl.uncertainty.fisher import axes
 from fieldrl.uncertainty.profile import constrained

@@ -65,7 +65,7 @@ def test_the_samples_of_a_recorded_run_give_its_pooled_estimate(tmp_path, monkey
     (run,) = (tmp_path / "outputs" / "runs").iterdir()
     pooled = json.loads((run / "summary.json").read_text())["replicates_table"]
     for replicate in (0, 1):
-        assert main(["estimate", str(run), f"observations.replicate={replicate}", "tracking=none"]) == 0
+        assert main(["estimate", str(run), f"measurements.replicate={replicate}", "tracking=none"]) == 0
     summaries = [json.loads(path.read_text()) for path in run.parent.glob("estimate-*/summary.json")]
     assert {one["samples"]["used"] for one in summaries} == {32}
     for name in ("b_x", "b_y"):
@@ -93,8 +93,8 @@ def test_a_model_that_explains_nothing_is_told(samples, tmp_path):
         ([], "one file of samples is needed"),
         (["a.csv", "b.csv"], "one file of samples is needed"),
         (["missing.csv", _ADVECTION], "missing.csv: there is no such file"),
-        (["samples.csv", _ADVECTION, "observations.thin=0"], "observations.thin=0: must be >= 1"),
-        (["samples.csv", _ADVECTION, "observations.columns.value=salt"], "no such column"),
+        (["samples.csv", _ADVECTION, "measurements.thin=0"], "measurements.thin=0: must be >= 1"),
+        (["samples.csv", _ADVECTION, "measurements.columns.value=salt"], "no such column"),
         (["samples.csv", "experiment=foo"], "experiment=foo: no such option"),
         (["samples.csv"], "which model is meant?"),
     ],

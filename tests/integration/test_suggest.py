@@ -34,9 +34,9 @@ def samples(tmp_path, monkeypatch):
 
 
 READING = (
-    "observations.origin=[10,54]",
-    "observations.units={length: 1 km, time: 1 h}",
-    "observations.start=2023-04-20T10:00",
+    "measurements.origin=[10,54]",
+    "measurements.units={length: 1 km, time: 1 h}",
+    "measurements.start=2023-04-20T10:00",
 )
 
 

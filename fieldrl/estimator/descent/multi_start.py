@@ -1,8 +1,8 @@
 """Bounded least squares by differences from several starts: the baseline for a model without derivatives.
 
 SciPy's trust-region descent on the scaled unknowns u = (theta - theta0) / s, with forward differences. Every
-solve is kept in the fit's ledger, so the folds share them all, and a fold's descent begins at the solve that
-serves it best.
+solve is kept among the fit's evaluations, so the folds share them all, and a fold's descent begins at the
+solve that serves it best.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from fieldrl.core import checks
 from fieldrl.core.kinds import component
 from fieldrl.estimator.designs import additive_recurrence
-from fieldrl.estimator.ledger import Ledger, at_centre
+from fieldrl.estimator.evaluations import Evaluations, at_centre
 from fieldrl.estimator.problem import Fit, FitProblem
 
 _FAR = 1e3  # a failed solve counts as so many times the worst residual
@@ -56,17 +56,17 @@ class MultiStart:
         problem = replace(problem, tikhonov=self.tikhonov)
         if not len(problem.samples):
             return at_centre(problem, self.share)
-        ledger = Ledger(problem, self.share)
+        evaluations = Evaluations(problem, self.share)
         starts, loss = self._starts(problem), np.inf
         gap, converged = np.full(problem.folds, np.inf), np.zeros(problem.folds, dtype=bool)
         for u in starts:
-            end = Descent(self, problem, ledger, 0).run(np.array(u))
+            end = Descent(self, problem, evaluations, 0).run(np.array(u))
             if end.loss < loss:
                 loss, gap[0], converged[0] = end
         for fold in range(1, problem.folds):
-            descent = Descent(self, problem, ledger, fold)
+            descent = Descent(self, problem, evaluations, fold)
             _, gap[fold], converged[fold] = descent.run(descent.best())
-        return replace(ledger.fit(), gap=gap, converged=converged)
+        return replace(evaluations.fit(), gap=gap, converged=converged)
 
     def _starts(self, problem: FitProblem) -> NDArray[np.float64]:
         """Where fold 0 descends from, (k, p) [half-width]: what is known, and all over the bounds."""
@@ -103,15 +103,17 @@ class End(NamedTuple):
 class Descent:
     """One descent of one fold."""
 
-    def __init__(self, settings: MultiStart, problem: FitProblem, ledger: Ledger, fold: int) -> None:
-        self.settings, self.problem, self.ledger, self.fold = settings, problem, ledger, fold
+    def __init__(
+        self, settings: MultiStart, problem: FitProblem, evaluations: Evaluations, fold: int
+    ) -> None:
+        self.settings, self.problem, self.evaluations, self.fold = settings, problem, evaluations, fold
         parameters = problem.model.parameters
         self.centre, self.scale = parameters.centre, parameters.half_width
         self.root_weights = np.sqrt(problem.weights[fold])
-        self.limit = ledger.evaluations + settings.budget
+        self.limit = evaluations.count + settings.budget
 
     def run(self, u: NDArray[np.float64]) -> End:
-        """Descend from u (p,); the solves are left in the ledger."""
+        """Descend from u (p,); the solves are left among the evaluations."""
         if self._solve(u) is None:
             return End()
         inside = np.clip(u, -1.0 + 1e-9, 1.0 - 1e-9)
@@ -131,22 +133,22 @@ class Descent:
 
     def best(self) -> NDArray[np.float64]:
         """The solve that serves the fold best, u (p,)."""
-        theta = self.ledger.theta
+        theta = self.evaluations.theta
         if not len(theta):
             return np.zeros_like(self.centre)
-        losses = self.problem.losses(self.ledger.residuals, theta)[:, self.fold]
+        losses = self.problem.losses(self.evaluations.residuals, theta)[:, self.fold]
         return (theta[np.argmin(losses)] - self.centre) / self.scale
 
     def _solve(self, u: NDArray) -> NDArray[np.float64] | None:
-        if self.ledger.evaluations >= self.limit:
+        if self.evaluations.count >= self.limit:
             raise _Spent
-        return self.ledger.ask(self.centre + self.scale * u)
+        return self.evaluations.ask(self.centre + self.scale * u)
 
     def _residuals(self, u: NDArray) -> NDArray[np.float64]:
         """Weighted residuals and the roots of the Tikhonov term, (n + p,); far off where the solve fails."""
         residuals = self._solve(u)
         if residuals is None:
-            worst = max(1.0, float(np.max(np.abs(self.ledger.residuals), initial=0.0)))
+            worst = max(1.0, float(np.max(np.abs(self.evaluations.residuals), initial=0.0)))
             residuals = np.full(self.root_weights.size, _FAR * worst)
         return np.concatenate([self.root_weights * residuals, np.sqrt(self.settings.tikhonov) * u])
 

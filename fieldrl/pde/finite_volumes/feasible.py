@@ -20,6 +20,7 @@ MOST_CELLS = 4_000_000  # of the true field's grid: some 15 GB of working arrays
 _FEWEST_CELLS = 9  # what sampling between cells needs
 _WORKING = 450  # numbers for each cell while a solve is computed
 _CELL, _SUBSTEP = 3.5e-8, 6e-5  # time of a cell in a substep, and of the substep itself [s]
+_SMALL_COURANT = 0.1
 _SOLVES = 5  # for each sample, typically
 
 
@@ -56,12 +57,25 @@ def checked_bounds(
             remedy = f"narrow the bounds or refine the grid, cells={list(scheme.cells)}"
             raise checks.InvalidValue("upper", upper, rule, remedy=remedy)
         if most > MOST_SUBSTEPS:
-            rule = f"the grid cannot follow the flow in {MOST_SUBSTEPS} steps, theta={list(corner)}"
-            remedy = (
-                f"narrow the bounds, fewer cells={list(scheme.cells)}, or a shorter final_time={final_time:g}"
-            )
-            raise checks.InvalidValue("upper", upper, rule, remedy=remedy)
+            raise _too_many(scheme, most, scheme.substeps(np.zeros_like(psi), final_time), final_time, upper)
     return most
+
+
+def _too_many(
+    scheme: Discretisation, needed: int, still: int, final_time: float, upper: Sequence[float]
+) -> checks.InvalidValue:
+    """The setting to blame: the step's share of its limit, what spreads even in still water, or the flow."""
+    steps = f"a solve would take more than {MOST_SUBSTEPS} steps"
+    remedy = f"fewer cells={list(scheme.cells)}, or a shorter final_time={final_time:g}"
+    if scheme.courant < _SMALL_COURANT and needed * scheme.courant <= MOST_SUBSTEPS:
+        return checks.InvalidValue("courant", scheme.courant, steps, remedy="a larger share of the limit")
+    if still > MOST_SUBSTEPS:
+        return checks.InvalidValue(
+            "diffusivity", scheme.diffusivity, steps, remedy=f"a smaller one, {remedy}"
+        )
+    return checks.InvalidValue(
+        "upper", upper, f"{steps} in the fastest flow", remedy=f"narrow the bounds, {remedy}"
+    )
 
 
 def solve_bytes(cells: Sequence[int], snapshots: int) -> float:

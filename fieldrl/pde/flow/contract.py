@@ -7,7 +7,7 @@
 | psi | streamfunction, v = (-dpsi/dy, dpsi/dx) | (n,) | length^2/time |
 
 An **ordinary flow** is any class with ``names``, ``units`` and ``velocity(theta, x, y, t) -> (u, v)``;
-nothing else is required. ``core/ordinary.adapted`` makes it what solver and vehicle work with.
+nothing else is required. ``core/flow_adapter.adapted`` makes it what solver and vehicle work with.
 ``streamfunction(theta, x, y, t) -> psi`` is welcome: with it the water is free of divergence to rounding and
 can be led round obstacles.
 
@@ -22,7 +22,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fieldrl.core.ordinary import parameters, points
+from fieldrl.core.flow_adapter import parameters, points
 
 __all__ = ["Flow", "Separable", "parameters", "points"]
 

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from fieldrl.core import checks
+from fieldrl.core.flow_adapter import adapted
 from fieldrl.core.kinds import component
-from fieldrl.core.ordinary import adapted
 from fieldrl.pde.flow.contract import Flow
 
 

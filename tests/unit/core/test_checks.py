@@ -81,6 +81,7 @@ def test_ranges_are_kept():
     assert "must be > 0" in refused(checks.positive, 0)
     assert checks.not_negative("key", 0) == 0.0
     assert "must be >= 0" in refused(checks.not_negative, -1e-300)
+    assert "must be 0 or >= 1e-30" in refused(checks.not_negative, 1e-300)
     assert checks.at_least("key", 1, 1) == 1.0
     assert "must be >= 1" in refused(checks.at_least, 0.5, 1)
     assert checks.between("key", 1, 0, 1) == 1.0

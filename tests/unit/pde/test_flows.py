@@ -14,7 +14,7 @@ from numba import njit
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.compiled import call_flow
 from fieldrl.core.domain import Circle, Domain
-from fieldrl.core.ordinary import Ordinary, UncompiledFlow, adapted
+from fieldrl.core.flow_adapter import AdaptedFlow, UncompiledFlow, adapted
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 from fieldrl.pde.flow import (
     DoubleGyre,
@@ -255,7 +255,7 @@ def test_parts_of_a_sum_need_different_names():
 def test_an_adapted_flow_survives_pickling():
     flow = adapted(Sum([OwnGyre(), UniformFlow()]))
     copy = pickle.loads(pickle.dumps(flow))
-    assert isinstance(copy, Ordinary)
+    assert isinstance(copy, AdaptedFlow)
     theta = (0.25, 0.6, 1.0, 2.0)
     np.testing.assert_array_equal(copy.velocity(theta, POINTS, 1.0), flow.velocity(theta, POINTS, 1.0))
     assert copy.kernel != 0

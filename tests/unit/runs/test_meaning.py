@@ -77,6 +77,7 @@ def test_where_no_pooled_estimate_is_known_the_best_episode_speaks():
         (12345.6, (12000.0, 12700.0), "12346 ± 350"),
         (1.0, (1.0, 1.0), "1"),
         (1.0, (float("-inf"), 2.0), "1"),
+        (1.0, (None, 2.0), "1"),
     ],
 )
 def test_numbers_have_the_digits_that_are_known(value, interval, text):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fieldrl.observations.table import Unreadable
+from fieldrl.measurements.table import Unreadable
 
 _MISSING = ("", "na", "n/a", "nan", "null", "none", "-", "--", "missing")
 _AMBIGUOUS = re.compile(r"\s*\d{1,2}[/.]\d{1,2}[/.]\d{2,4}.*")
@@ -78,7 +78,7 @@ def dates(column: Any, layout: str | None, source: str) -> NDArray[np.datetime64
         return None  # numbers, though one may be wrong
     if layout is None and text[given].str.fullmatch(_AMBIGUOUS).any():
         which = text[given].iloc[0]
-        way_out = "say which is which: observations.time_format='%d/%m/%Y %H:%M:%S'"
+        way_out = "say which is which: measurements.time_format='%d/%m/%Y %H:%M:%S'"
         raise Unreadable(source, f"time: {which!r} may be day or month first; {way_out}")
     found = pd.to_datetime(text.where(given), format=layout or "mixed", errors="coerce", utc=True)
     wrong = np.flatnonzero((found.isna() & given).to_numpy())
@@ -101,5 +101,5 @@ def _no_number(
 ) -> Unreadable:
     text: Any = column.iloc[row]
     more = f" (and {count - 1} more row{'s' if count > 2 else ''})" if count > 1 else ""
-    comma = "; a decimal comma? observations.decimal=','" if re.fullmatch(r"-?\d+,\d+", str(text)) else ""
+    comma = "; a decimal comma? measurements.decimal=','" if re.fullmatch(r"-?\d+,\d+", str(text)) else ""
     return Unreadable(source, f"{role}: row {row + 1} holds {str(text)[:40]!r}, {what}{more}{comma}")

@@ -9,8 +9,8 @@ import numpy as np
 
 from fieldrl.core.domain import Domain
 from fieldrl.core.parameters import Parameters
-from fieldrl.observations.sample_file import Reading
-from fieldrl.observations.table import Unreadable
+from fieldrl.measurements.sample_file import Reading
+from fieldrl.measurements.table import Unreadable
 
 _CLOSE = 1e-9  # of the extent of the positions: the same place
 EARLY, LATE, OUTSIDE = "before time 0", "after the model's last time", "outside the model's domain"

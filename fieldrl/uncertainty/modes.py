@@ -1,4 +1,4 @@
-"""Where the samples are explained: all distinct minima of the deviance, points of the box that fit as well.
+"""Modes of the likelihood: all distinct minima of the deviance, and points of the box that fit as well.
 
 Descents begin at the estimate and at the lowest of many points that cover the box. With very many samples
 the search looks at some of them first: a place that cannot explain these explains not all.
@@ -26,7 +26,7 @@ _SCREEN = 300  # samples that the search looks at first
 _HOPELESS = 100.0  # a deviance so far above the least is not worth a descent on all samples
 
 
-class Places(NamedTuple):
+class Modes(NamedTuple):
     """What explains the samples.
 
     Args:
@@ -54,7 +54,7 @@ class Places(NamedTuple):
         return np.concatenate([lowest, points[sorted(outermost)]])
 
 
-def places(problem: FitProblem, noise: Noise, deviance: Deviance, estimate: NDArray[np.float64]) -> Places:
+def modes(problem: FitProblem, noise: Noise, deviance: Deviance, estimate: NDArray[np.float64]) -> Modes:
     """Search the box for everything that explains the samples.
 
     Args:
@@ -68,10 +68,10 @@ def places(problem: FitProblem, noise: Noise, deviance: Deviance, estimate: NDAr
     lowest = box[apart(box, np.argsort(losses, kind="stable"), _STARTS, _APART)]
     starts = np.concatenate([estimate[None], lowest])
     if coarse is deviance:
-        return Places(*minima(deviance, starts, _SAME), box, losses)
+        return Modes(*minima(deviance, starts, _SAME), box, losses)
     ends, reached = minima(coarse, starts, _SAME)
     promising = ends[reached <= reached[0] + _HOPELESS]
-    return Places(*minima(deviance, np.vstack([estimate[None], promising]), _SAME), box[:0], losses[:0])
+    return Modes(*minima(deviance, np.vstack([estimate[None], promising]), _SAME), box[:0], losses[:0])
 
 
 def _screen(problem: FitProblem, noise: Noise, deviance: Deviance) -> Deviance:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from fieldrl.observations.table import Column, Table, Unreadable
+from fieldrl.measurements.table import Column, Table, Unreadable
 
 _SEPARATORS = (",", ";", "\t", "|")
 _UNIT = re.compile(r"\s*(.*?)\s*[\[(]\s*(.*?)\s*[\])]\s*")
@@ -30,7 +30,7 @@ def read(path: Path, encoding: str) -> Table:
             look = {"sep": _separator(header), "skipinitialspace": True, "comment": "#"}
             frame = pd.read_csv(file, dtype=str, keep_default_na=False, **look)
     except (UnicodeError, LookupError) as error:
-        hint = "name its encoding: observations.encoding=latin-1 (or utf-16, cp1252)"
+        hint = "name its encoding: measurements.encoding=latin-1 (or utf-16, cp1252)"
         raise Unreadable(str(path), f"is no text in {encoding} ({_first(error)}); {hint}") from error
     except pd.errors.EmptyDataError as error:
         raise Unreadable(str(path), "is empty; its first line must name the columns") from error

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fieldrl.core.samples import Samples
-from fieldrl.observations.table import Column, Table, Unreadable
+from fieldrl.measurements.table import Column, Table, Unreadable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,7 +90,7 @@ def recorded(data: xr.Dataset, replicate: int, source: str) -> Samples:
     """
     count = data.sizes["replicate"]
     if replicate >= count:
-        raise Unreadable(source, f"has {count} replicates: observations.replicate must be below {count}")
+        raise Unreadable(source, f"has {count} replicates: measurements.replicate must be below {count}")
     one = data.isel(replicate=replicate)
     std = one["std"].values.ravel() if "std" in one else None
     censored = one["censored"].values.ravel() > 0 if "censored" in one else None
@@ -110,7 +110,7 @@ def _one_of_each(
         size = data.sizes.get(dim)
         if size is None or not -size <= index < size:
             has = ", ".join(f"{name} ({length})" for name, length in data.sizes.items())
-            raise Unreadable(source, f"observations.select.{dim}={index}: the dimensions here are {has}")
+            raise Unreadable(source, f"measurements.select.{dim}={index}: the dimensions here are {has}")
     data = data.isel(dict(select))
     placed: set[Any] = set()
     for role in ("time", "x", "y"):
@@ -118,7 +118,7 @@ def _one_of_each(
     for dim in data[chosen["value"]].dims:
         if dim not in placed and data.sizes[dim] > 1 and data[chosen["time"]].ndim:
             problem = f"{chosen['value']} has {data.sizes[dim]} values along {dim} at each time and place"
-            raise Unreadable(source, f"{problem}; choose one: +observations.select.{dim}=0")
+            raise Unreadable(source, f"{problem}; choose one: +measurements.select.{dim}=0")
     return data
 
 

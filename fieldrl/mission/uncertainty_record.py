@@ -1,4 +1,4 @@
-"""What a replicate's record says of how far its estimates may be trusted."""
+"""The record's variables of uncertainty: std, interval, identified, residuals, regions, verdict."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SOLVES = 3
 _UNIT = "see parameter_unit"
 
 
-def assessed(
+def uncertainty_variables(
     mission: Mission,
     water: Water,
     values: dict[str, NDArray],
@@ -70,7 +70,7 @@ def assessed(
         if not noise.known:
             # the best episode was chosen for its small residuals: they tell too small a noise
             elsewhere = noise.variance(result.least, len(theta)), noise.free(len(theta))
-        found |= trust_variables(result, name, text)
+        found |= estimate_variables(result, name, text)
         if name == "best":
             std = _field_std(water, result, mission.duration, estimate, grid)
             found |= field_variables(std)
@@ -108,7 +108,7 @@ def field_variables(std: NDArray) -> dict[str, Any]:
     return {"field_std": (("x", "y"), std, {"units": "field unit", "long_name": text})}
 
 
-def trust_variables(result: Assessment, name: str, text: str) -> dict[str, Any]:
+def estimate_variables(result: Assessment, name: str, text: str) -> dict[str, Any]:
     """Record variables of one assessment.
 
     Args:

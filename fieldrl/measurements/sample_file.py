@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.core.kinds import component
 from fieldrl.core.samples import Samples
-from fieldrl.observations import columns, delimited, gridded, numbers, table, units
-from fieldrl.observations.table import Table, Unreadable
+from fieldrl.measurements import columns, delimited, gridded, numbers, table, units
+from fieldrl.measurements.table import Table, Unreadable
 
 _TEXT = (".csv", ".tsv", ".txt", ".dat")
 _PARQUET = (".parquet", ".pq")
@@ -29,7 +29,7 @@ _LARGEST = 1e30  # of a number in a file
 
 INCOMPLETE = "a number is missing"
 REPEATED = "the same row again"
-THINNED = "observations.thin"
+THINNED = "measurements.thin"
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,8 +161,8 @@ class SampleFile:
 
     def _notes(self, start: str, degrees: bool) -> tuple[str, ...]:
         """What was understood of dates, longitudes and latitudes."""
-        first = f"time 0 is the first sample's, {start} UTC (observations.start)"
-        plane = "east and north of observations.origin by the equirectangular projection"
+        first = f"time 0 is the first sample's, {start} UTC (measurements.start)"
+        plane = "east and north of measurements.origin by the equirectangular projection"
         return (*([first] if start and not self.start else []), *([plane] if degrees else []))
 
     def places(self, path: str | Path) -> NDArray[np.float64]:
@@ -252,7 +252,7 @@ class SampleFile:
                 raise Unreadable(
                     rows.source,
                     f"longitudes and latitudes need the place of the model's (0, 0); {span}:\n"
-                    "'observations.origin=[LONGITUDE,LATITUDE]'",
+                    "'measurements.origin=[LONGITUDE,LATITUDE]'",
                 )
             east, north = units.plane(x, y, (float(self.origin[0]), float(self.origin[1])))
             positions = np.column_stack([east, north]) * self._factor("length", "m", rows.source)
@@ -301,7 +301,7 @@ class SampleFile:
             problem = (
                 f"{quantity} is in {unit}, the model counts in units of its own;\nsay what one of these is"
             )
-            raise Unreadable(source, f"{problem}: 'observations.units.{quantity}={example}'")
+            raise Unreadable(source, f"{problem}: 'measurements.units.{quantity}={example}'")
         return known[unit] / units.amount(f"units.{quantity}", own, known)
 
 
@@ -356,7 +356,7 @@ def _moment(text: str) -> np.datetime64:
     found = pd.to_datetime(text, errors="coerce", utc=True)
     if found is pd.NaT:
         raise checks.InvalidValue(
-            "observations.start", text, "must be a date and time, such as 2023-04-20T10:00"
+            "measurements.start", text, "must be a date and time, such as 2023-04-20T10:00"
         )
     return found.tz_localize(None).to_datetime64()
 

@@ -1,4 +1,4 @@
-"""What is believed of samples, as a least-squares problem: a robust loss, unlike noise, detection limits.
+"""Residuals of samples whose loss is not the plain square: a robust loss, unlike noise, detection limits.
 
     s_i(theta) = sigma root((prediction_i - value_i) / (sigma w_i)),   sum of s_i^2 is what is minimised
 
@@ -45,7 +45,7 @@ class Loss(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Believed:
+class RobustResiduals:
     """A forward model of the roots of losses, at the samples that it was made for.
 
     Args:
@@ -114,7 +114,7 @@ class Believed:
 
 
 @dataclass(frozen=True, eq=False)
-class Sloped(Believed):
+class DifferentiableResiduals(RobustResiduals):
     """The same of a model that knows its derivatives."""
 
     def jacobian(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
@@ -133,15 +133,16 @@ def plain_squares(samples: Samples, loss: Loss) -> bool:
     return alike and samples.censored is None and not loss.robust
 
 
-def believed(
+def robust_residuals(
     samples: Samples, model: ForwardModel, estimator: Estimator, loss: Loss
-) -> tuple[Believed, NDArray[np.float64]]:
+) -> tuple[RobustResiduals, NDArray[np.float64]]:
     """The problem with its scale, as stated, else by the median of the residuals of the fit itself.
 
     Returns:
         The problem, and what a fit of it starts from, (k, p): the minimum of a robust loss is narrow.
     """
-    made = (Sloped if isinstance(model, Differentiable) else Believed)(model, samples, loss)
+    kind = DifferentiableResiduals if isinstance(model, Differentiable) else RobustResiduals
+    made = kind(model, samples, loss)
     known = np.empty((0, len(made.parameters)))
     if isinstance(model, Compiled):  # its global minimum is cheap
         known = estimator.fit(FitProblem(model, samples, estimator.tikhonov, False, known)).theta[:1]
@@ -153,8 +154,8 @@ def believed(
 
 
 def _scaled(
-    made: Believed, estimator: Estimator, known: NDArray[np.float64]
-) -> tuple[Believed, NDArray[np.float64]]:
+    made: RobustResiduals, estimator: Estimator, known: NDArray[np.float64]
+) -> tuple[RobustResiduals, NDArray[np.float64]]:
     """From the spread of the values down to that of the residuals, so that no outlier leads astray."""
     values = made.samples.values
     count, unknowns = len(values), len(made.parameters)

@@ -11,10 +11,10 @@ import xarray as xr
 
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.samples import Samples
-from fieldrl.observations import usable as limits
-from fieldrl.observations.sample_file import INCOMPLETE, REPEATED, THINNED, SampleFile
-from fieldrl.observations.table import Unreadable
-from fieldrl.observations.usable import usable
+from fieldrl.measurements import usable as limits
+from fieldrl.measurements.sample_file import INCOMPLETE, REPEATED, THINNED, SampleFile
+from fieldrl.measurements.table import Unreadable
+from fieldrl.measurements.usable import usable
 from fieldrl.pde.advection import Advection
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
 
@@ -172,11 +172,11 @@ def test_metres_become_the_length_of_the_model(tmp_path):
         ("", {}, "is empty"),
         ("time,x,y,value\n", {}, "has no rows"),
         ("t,x,y,salt\n1,2,3,4\n", {}, "no column value; the columns are t, x, y, salt"),
-        (GOOD, {"columns": {"value": "vlaue"}}, "observations.columns.value=vlaue: no such column"),
+        (GOOD, {"columns": {"value": "vlaue"}}, "measurements.columns.value=vlaue: no such column"),
         (GOOD.replace("1.5", "high"), {}, "value: row 2 holds 'high', no number"),
         (GOOD.replace("20,6", "'20',6"), {}, "x: row 2 holds"),
-        ("time;x;y;value\n1;2;3;4,5\n", {}, "a decimal comma? observations.decimal=','"),
-        (GOOD.replace("time", "time [h]"), {}, "'observations.units.time=6 h'"),
+        ("time;x;y;value\n1;2;3;4,5\n", {}, "a decimal comma? measurements.decimal=','"),
+        (GOOD.replace("time", "time [h]"), {}, "'measurements.units.time=6 h'"),
         (GOOD.replace("x,", "x [furlong],"), {}, "'furlong', which is none of mm, cm, m"),
         (GOOD.replace("x,y", "lon,lat"), {}, "they span 10 to 30 and 5 to 7"),
         (GOOD.replace("x,y", "lon,y"), {}, "one of x and y is in degrees"),

@@ -1,6 +1,6 @@
 """The solves of one fit: what was asked, what came back, what each fold makes of it.
 
-One solve gives the residuals at all samples and thus the loss of every fold. A ledger opens with the
+One solve gives the residuals at all samples and thus the loss of every fold. The store opens with the
 solves that the problem already knows (they cost nothing) and counts the new ones.
 """
 
@@ -18,7 +18,7 @@ from fieldrl.core.checks import SolveFailed
 from fieldrl.estimator.problem import Fit, FitProblem, Optimisation
 
 
-class Ledger:
+class Evaluations:
     """Solves by theta, in the order in which they were asked.
 
     Args:
@@ -38,7 +38,7 @@ class Ledger:
         self.opening = len(self._theta)
 
     @property
-    def evaluations(self) -> int:
+    def count(self) -> int:
         """New solves so far, failed ones included."""
         return len(self._theta) - self.opening
 
@@ -85,7 +85,7 @@ class Ledger:
         losses = self.problem.losses(residuals, theta)
         best, folds = np.argmin(losses, axis=0), np.arange(losses.shape[1])
         known = theta if self.share else self.problem.known
-        told = self.evaluations, known, self.course()
+        told = self.count, known, self.course()
         unsaid = np.full(len(best), np.nan), np.zeros(len(best), dtype=bool)
         return Fit(theta[best], losses[best, folds], residuals[best], *told, *unsaid)
 
@@ -139,9 +139,9 @@ class Ledger:
 
 def at_centre(problem: FitProblem, share: bool) -> Fit:
     """The fit of no samples: theta0, solved."""
-    ledger = Ledger(problem, share)
-    ledger.ask(problem.model.parameters.centre)
-    return replace(ledger.fit(), gap=np.zeros(1), converged=np.ones(1, dtype=bool))
+    evaluations = Evaluations(problem, share)
+    evaluations.ask(problem.model.parameters.centre)
+    return replace(evaluations.fit(), gap=np.zeros(1), converged=np.ones(1, dtype=bool))
 
 
 def _rows(rows: list, width: int) -> NDArray[np.float64]:

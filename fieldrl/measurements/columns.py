@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 
-from fieldrl.observations.table import Column, Unreadable
-from fieldrl.observations.units import DEGREES
+from fieldrl.measurements.table import Column, Unreadable
+from fieldrl.measurements.units import DEGREES
 
 ROLES = ("time", "x", "y", "value", "std", "censored")
 NEEDED = ("time", "x", "y", "value")
@@ -49,12 +49,12 @@ def chosen(
         key = _named(columns, name) if name else _found(columns, role)
         if name and key is None and (role in needed or needed == NEEDED):
             raise Unreadable(
-                source, f"observations.columns.{role}={name}: no such column{_those(columns, name)}"
+                source, f"measurements.columns.{role}={name}: no such column{_those(columns, name)}"
             )
         if key is not None:
             found[role] = key
         elif role in needed:
-            way_out = f"; say which it is: observations.columns.{role}=NAME"
+            way_out = f"; say which it is: measurements.columns.{role}=NAME"
             if any(_is_number(column.name) for column in columns.values()):
                 way_out = f"; the first line must name the columns: {','.join(needed)}"
             raise Unreadable(source, f"no column {role}{_those(columns, role)}{way_out}")

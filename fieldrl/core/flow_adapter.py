@@ -32,7 +32,7 @@ _CALLBACK = ctypes.CFUNCTYPE(
 _SIGNATURE = (float64[::1], float64, float64, float64)
 _said: set[type] = set()
 _kept: dict[Any, tuple[tuple[Any, Any] | None, str]] = {}  # what was compiled in this process
-_adapted: dict[int, Ordinary] = {}  # by the flow's id, which it holds; the newest
+_adapted: dict[int, AdaptedFlow] = {}  # by the flow's id, which it holds; the newest
 _MOST = 64
 
 
@@ -53,8 +53,8 @@ def adapted(flow: Any) -> Any:
     return _adapted[id(flow)]
 
 
-def _adaptation(flow: Any) -> Ordinary:
-    found = Ordinary(flow, _code(type(flow)))
+def _adaptation(flow: Any) -> AdaptedFlow:
+    found = AdaptedFlow(flow, _code(type(flow)))
     if found.reason and type(flow) not in _said and not getattr(flow, "in_python", False):
         _said.add(type(flow))
         warnings.warn(
@@ -67,7 +67,7 @@ def _adaptation(flow: Any) -> Ordinary:
 
 
 @dataclass(frozen=True)
-class Ordinary:
+class AdaptedFlow:
     """An ordinary flow, adapted.
 
     Args:
