@@ -220,11 +220,11 @@ def _elsewhere(
 
 
 def _tracked(place: Path) -> tuple[int, int, int]:
-    """Experiments, finished runs and values of e_total in the database."""
+    """Experiments, finished runs and values of the episodes' e_total in the database."""
     queries = (
         "select count(*) from experiments where name = 'advection'",
         "select count(*) from runs where status = 'FINISHED'",
-        "select count(*) from metrics where key = 'e_total'",
+        "select count(*) from metrics where key = 'learning/e_total'",
     )
     with sqlite3.connect(place / "outputs" / "mlflow.db") as database:
         found = [database.execute(query).fetchone()[0] for query in queries]

@@ -37,6 +37,13 @@ def fieldrl_anew(folder: Path, *arguments: str, **environment: str) -> subproces
     )  # fmt: skip
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _commands_can_be_interrupted() -> None:
+    """Tests in the background of a script ignore Ctrl-C, and so would the commands that they start."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @contextmanager
 def begun(folder: Path, *arguments: str, errors: int | None = None) -> Iterator[subprocess.Popen[str]]:
     """The command, begun in ``folder`` as a process group of its own, which ends with the block."""
