@@ -47,22 +47,17 @@ def draw_run(record: xr.Dataset, folder: Path) -> list[Path]:
 def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     """The drawing function of every picture that this record has the data for, by file name."""
     if estimates.is_estimate(record):
-        chosen = {"samples": estimates.field_figure} if fields.has_field(record) else {}
-        return (
-            chosen
-            | {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
-            | _regions(record)
-        )
-    chosen: dict[str, Drawing] = {"course": course.course_figure} if course.has_course(record) else {}
+        chosen: dict[str, Drawing] = {"samples": estimates.field_figure} if fields.has_field(record) else {}
+        chosen |= {"residuals": residuals.estimate_residuals_figure, "fit": estimates.fit_figure}
+        return chosen | _field_std(record) | _regions(record)
+    chosen = {"course": course.course_figure} if course.has_course(record) else {}
     chosen |= {
         "path": paths.path_figure,
         "learning_curve": learning.learning_curve_figure,
     }
     if fields.has_field(record):
         chosen["field_error"] = fields.field_error_figure
-    if "field_std" in record and fields.has_field(record):
-        chosen["field_std"] = uncertainty.field_std_figure
-    chosen |= _regions(record)
+    chosen |= _field_std(record) | _regions(record)
     if "samples_used" in record:
         chosen["samples_used"] = uncertainty.samples_used_figure
     if residuals.has_residuals(record):
@@ -70,6 +65,11 @@ def drawings(record: xr.Dataset) -> dict[str, Drawing]:
     if convergence.has_convergence(record):
         chosen["convergence"] = convergence.convergence_figure
     return chosen
+
+
+def _field_std(record: xr.Dataset) -> dict[str, Drawing]:
+    known = "field_std" in record and fields.has_field(record)
+    return {"field_std": uncertainty.field_std_figure} if known else {}
 
 
 def _regions(record: xr.Dataset) -> dict[str, Drawing]:

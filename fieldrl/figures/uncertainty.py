@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fieldrl.figures import curves, maps, style
+from fieldrl.figures import curves, estimates, maps, style
 
 _LOOKS = {"best": (style.BLUE, "best episode", "s"), "pooled": (style.SERIES[2], "all samples", "o")}
 _TRUTH: dict[str, Any] = {"marker": "x", "color": style.VERMILLION, "ms": 6.0, "mew": 1.3, "ls": "none"}
@@ -34,7 +34,9 @@ def field_std_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
     maps.draw_samples(axes, samples.values)
     style.colour_bar(image, axes, maps.bar_label(record, "Standard deviation"))
     rms = float(np.sqrt((std**2).mean()))
-    style.title(axes, f"Estimate of episode {curves.episode_numbers(record)[best]}, rms {rms:.2g}")
+    episode = f"episode {curves.episode_numbers(record)[best]}"
+    of = "all samples" if estimates.is_estimate(record) else episode
+    style.title(axes, f"Estimate of {of}, rms {rms:.2g}")
     return drawing
 
 

@@ -21,8 +21,8 @@ from fieldrl.loss.squared import Squared
 from fieldrl.mission.environment import Estimator
 from fieldrl.mission.record import EpisodeLog, described
 from fieldrl.mission.robust_residuals import Loss, plain_squares, robust_residuals
-from fieldrl.mission.uncertainty_record import SOLVES, estimate_variables
-from fieldrl.mission.world import even_grid, field_of
+from fieldrl.mission.uncertainty_record import SOLVES, estimate_variables, field_uncertainty
+from fieldrl.mission.world import even_grid, field_of, world
 from fieldrl.uncertainty import Assessment, Noise, assess, noise_of, verdict
 from fieldrl.uncertainty.design import information_of
 
@@ -222,6 +222,7 @@ def _of_samples(found: Estimate) -> dict[str, Any]:
 
 def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]:
     """Record variables of the whole."""
+    estimated = found.field(time, grid)
     variables = {
         "pooled": (
             ("parameter",), found.theta,
@@ -234,7 +235,7 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
             {"units": "1", "long_name": "forward evaluations of an episode's fits"},
         ),
         "field_estimate": (
-            ("x", "y"), found.field(time, grid),
+            ("x", "y"), estimated,
             {"units": "field unit", "long_name": "estimated field at the final time"},
         ),
         "information": (
@@ -245,7 +246,7 @@ def _of_the_estimate(found: Estimate, grid: Grid, time: float) -> dict[str, Any]
     }  # fmt: skip
     for name, text in (("pooled", "all samples' estimate"), ("best", "all samples' estimate")):
         variables |= estimate_variables(found.assessment, name, text)
-    return variables
+    return variables | field_uncertainty(world(found.model), found.assessment, time, estimated, grid)
 
 
 def domain_of(model: Any, samples: Samples) -> Domain:

@@ -60,7 +60,7 @@ def uncertainty_variables(
         if np.isnan(theta).any():
             found |= _nothing(name, text, len(theta))
             if name == "best":
-                found |= field_variables(np.full(estimate.shape, np.nan))
+                found |= _field_variable(np.full(estimate.shape, np.nan))
             continue
         problem = FitProblem(water, samples, mission.estimator.tikhonov, False)
         noise = replace(noise_of(samples, stated_noise(mission.vehicle.sensor)), elsewhere=elsewhere)
@@ -72,8 +72,7 @@ def uncertainty_variables(
             elsewhere = noise.variance(result.least, len(theta)), noise.free(len(theta))
         found |= estimate_variables(result, name, text)
         if name == "best":
-            std = _field_std(water, result, mission.duration, estimate, grid)
-            found |= field_variables(std)
+            found |= field_uncertainty(water, result, mission.duration, estimate, grid)
         if mission.posterior is not None and (name == "pooled" or "posterior" not in found):
             found |= _posterior(mission.posterior, result, text, seed)
         if name == "pooled":
@@ -90,18 +89,17 @@ def _posterior(posterior: Posterior, result: Assessment, text: str, seed: int) -
     return {"posterior": (("chain", "draw", "parameter"), theta, about)}
 
 
-def _field_std(
+def field_uncertainty(
     water: Any, result: Assessment, time: float, estimate: NDArray, grid: Grid
-) -> NDArray[np.float64]:
-    """Of the estimated field, (nx, ny) [field unit]."""
+) -> dict[str, Any]:
+    """The record variable of the standard deviation of the estimated field (nx, ny) [field unit]."""
     if not np.isfinite(estimate).any():  # of a model without a field
-        return np.full(estimate.shape, np.nan)
+        return _field_variable(np.full(estimate.shape, np.nan))
     theta = result.parameters.centre + result.parameters.half_width * draws(result)
-    return field_std(water, estimate, theta, time, grid, result.solved)
+    return _field_variable(field_std(water, estimate, theta, time, grid, result.solved))
 
 
-def field_variables(std: NDArray) -> dict[str, Any]:
-    """The record variable of the estimated field's standard deviation, (nx, ny) [field unit]."""
+def _field_variable(std: NDArray) -> dict[str, Any]:
     text = (
         "standard deviation of the estimated field at the final time, by the fields that explain the samples"
     )

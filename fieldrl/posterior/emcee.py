@@ -25,17 +25,20 @@ class Emcee:
 
     Args:
         walkers: how many, even; each is a chain.
-        draws: of each, after the first ones.
+        draws: of each, after the first steps.
+        thin: a draw is every so many-th step; steps that follow each other are alike.
         burn_in: the first steps of each, which are left out.
     """
 
     walkers: int = 32
     draws: int = 500
+    thin: int = 5
     burn_in: int = 200
 
     def __post_init__(self) -> None:
         checks.integer("walkers", self.walkers, 4)
         checks.integer("draws", self.draws, 1)
+        checks.integer("thin", self.thin, 1)
         checks.integer("burn_in", self.burn_in, 0)
         if self.walkers % 2:
             raise InvalidValue("walkers", self.walkers, "must be even")
@@ -74,8 +77,8 @@ class Emcee:
         sampler: Any = EnsembleSampler(self.walkers, starts.shape[1], within, vectorize=True)
         sampler._random.seed(seed)
         begin = np.clip(_apart(starts[chosen], rng), -1.0, 1.0)
-        sampler.run_mcmc(begin, self.burn_in + self.draws, skip_initial_state_check=True)
-        return np.ascontiguousarray(sampler.get_chain(discard=self.burn_in).transpose(1, 0, 2))
+        sampler.run_mcmc(begin, self.burn_in + self.draws * self.thin, skip_initial_state_check=True)
+        return np.ascontiguousarray(sampler.get_chain(discard=self.burn_in, thin=self.thin).transpose(1, 0, 2))
 
 
 def _apart(starts: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:

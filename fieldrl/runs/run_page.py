@@ -30,8 +30,7 @@ _FIGURES = {
     "field_error": ("The field", "True and estimated field at the final time, and their difference."),
     "field_std": (
         "How well the field is known",
-        "Standard deviation of the best episode's estimated field at the final time, by the fields that "
-        "explain its samples.",
+        "Standard deviation of the estimated field at the final time, by the fields that fit the samples.",
     ),
     "regions": (
         "What the samples tell together",

@@ -1,7 +1,8 @@
 """How far the estimated field may be trusted: the spread of the fields that explain the samples.
 
-A model with derivatives is asked for the field of every draw. Of a dear one the fields are known for what was
-solved; their principal components, each a Gaussian process of the unknowns, give those of the draws.
+A model with derivatives is asked for the field of every draw. Of a dear one the fields of what was solved are
+taken; their principal components, each a Gaussian process of the unknowns, give those of the draws. Where
+it keeps its solves that costs nothing; else it is asked for as many fields as a quadratic has coefficients.
 
 | symbol | meaning | shape |
 |---|---|---|
@@ -19,7 +20,7 @@ from fieldrl.core.domain import Grid
 from fieldrl.estimator.problem import Compiled, Differentiable, ForwardModel
 from fieldrl.estimator.surrogate.predictions import condition, evidence, predict_mean
 
-_SOLVES = 60  # whose fields are looked at, the nearest
+_SOLVES = 60  # whose fields are looked at, the nearest; fewer where each has to be solved again
 _LEFT = 1e-6  # share of the fields' variance that components may leave
 
 
@@ -39,7 +40,7 @@ def field_std(
         theta: draws of the unknowns, (m, p), see ``draws``.
         time: of the fields [time].
         grid: where.
-        solved: parameters whose solves are stored, (k, p), for a model without derivatives.
+        solved: parameters that were solved, (k, p), for a model without derivatives.
 
     Returns:
         (nx, ny) [field unit].
@@ -60,6 +61,9 @@ def _by_components(
     u = (theta - centre) / scale
     solved = np.unique(solved, axis=0)
     near = solved[_nearest((solved - centre) / scale, u)]
+    if not hasattr(model, "solutions"):
+        p = len(model.parameters)
+        near = near[_spread((near - centre) / scale, (p + 1) * (p + 2) // 2)]
     fields = np.array([model.field(one, time, grid).ravel() for one in near])
     mean = fields.mean(axis=0)
     coefficients, components = _principal(fields - mean)
@@ -76,6 +80,16 @@ def _nearest(inputs: NDArray, u: NDArray) -> NDArray[np.int64]:
     spread = u.std(axis=0) + 1e-3
     far = np.sum(((inputs - u.mean(axis=0)) / spread) ** 2, axis=1)
     return np.argsort(far, kind="stable")[:_SOLVES]
+
+
+def _spread(inputs: NDArray, count: int) -> list[int]:
+    """So many points far from each other, the first one of ``inputs`` (k, p) among them."""
+    chosen = [0]
+    far = np.linalg.norm(inputs - inputs[0], axis=1)
+    while len(chosen) < count and far.max() > 0.0:
+        chosen.append(int(far.argmax()))
+        far = np.minimum(far, np.linalg.norm(inputs - inputs[chosen[-1]], axis=1))
+    return chosen
 
 
 def _principal(fields: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

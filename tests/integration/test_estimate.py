@@ -44,10 +44,11 @@ def test_samples_of_a_file_give_the_unknowns(samples, capsys):
     assert summary["samples"]["dropped"] == 1
     assert summary["e_total"] == pytest.approx(summary["e_f"] + summary["e_cv"])
     drawn = {path.stem for path in (folder / "figures").glob("*.png")}
-    assert drawn == {"samples", "residuals", "fit", "regions"}
+    assert drawn == {"samples", "residuals", "fit", "field_std", "regions"}
     with xr.open_dataset(folder / "record.nc", engine="h5netcdf") as record:
         assert np.isnan(record["true"]).all()
         assert np.isnan(record["field_true"]).all()
+        assert 0.0 < record["field_std"].max() < 2.0 * summary["noise"]
         residual = record["residual"].values.ravel()
         assert np.mean(residual**2) == pytest.approx(summary["e_f"])
         left_out = record["residual_left_out"].values.ravel()

@@ -51,7 +51,8 @@ def test_the_field_s_spread_is_that_of_the_derivatives_where_it_is_small():
     np.testing.assert_allclose(std[steep], expected[steep], rtol=0.15)
 
 
-def test_the_spread_of_a_dear_model_follows_from_what_was_solved():
+@pytest.mark.parametrize(("keeps_solves", "fields"), [(True, 40), (False, 6)])
+def test_the_spread_of_a_dear_model_follows_from_what_was_solved(keeps_solves, fields):
     problem = plume()
     found = assess(problem, np.array([5.0, 5.0]), noise_of(problem.samples, 1.0))
     theta = found.parameters.centre + found.parameters.half_width * draws(found)
@@ -61,10 +62,14 @@ def test_the_spread_of_a_dear_model_follows_from_what_was_solved():
     )
     dear, estimate = Opaque(model), model.field(found.solutions[0], 10.0, GRID)
     dear.field, asked = _counted(model.field)
+    if keeps_solves:
+        dear.solutions = object()
     told = field_std(dear, estimate, theta, 10.0, GRID, solved)
     expected = field_std(model, estimate, theta, 10.0, GRID, solved)
-    np.testing.assert_allclose(told, expected, atol=0.02 * expected.max())
-    assert len(asked) == 40
+    np.testing.assert_allclose(
+        told, expected, atol=0.02 * expected.max() if keeps_solves else 0.1 * expected.max()
+    )
+    assert len(asked) == fields
     assert {one.tobytes() for one in asked} <= {one.tobytes() for one in solved}
 
 
