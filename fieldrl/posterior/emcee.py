@@ -78,7 +78,8 @@ class Emcee:
         sampler._random.seed(seed)
         begin = np.clip(_apart(starts[chosen], rng), -1.0, 1.0)
         sampler.run_mcmc(begin, self.burn_in + self.draws * self.thin, skip_initial_state_check=True)
-        return np.ascontiguousarray(sampler.get_chain(discard=self.burn_in, thin=self.thin).transpose(1, 0, 2))
+        chain = sampler.get_chain(discard=self.burn_in, thin=self.thin)
+        return np.ascontiguousarray(chain.transpose(1, 0, 2))
 
 
 def _apart(starts: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
