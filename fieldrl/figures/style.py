@@ -124,10 +124,11 @@ def legend_above(drawing: Figure, axes: Axes) -> None:
 
 
 def legend_across(drawing: Figure, axes: Axes) -> None:
-    """A legend of the labelled artists of ``axes`` in one row above all axes, where it hides nothing."""
+    """A legend of the labelled artists of ``axes`` above all axes, where it hides nothing, five in a row."""
     handles, names = axes.get_legend_handles_labels()
     if names:
-        drawing.legend(handles, names, loc="outside upper center", ncols=len(names), frameon=False, **_LEGEND)
+        columns = math.ceil(len(names) / math.ceil(len(names) / 5))
+        drawing.legend(handles, names, loc="outside upper center", ncols=columns, frameon=False, **_LEGEND)
 
 
 def logarithmic(axes: Axes, decades: float) -> None:

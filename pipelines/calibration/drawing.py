@@ -111,7 +111,7 @@ def _power(axes: Axes, judged: Judged) -> None:
     """Wrong models that are called wrong."""
     each = [(experiment, name) for experiment in experiments(judged) for name in WRONG[experiment]]
     for (experiment, name), colour, dash in zip(each, style.SERIES, style.DASHES, strict=False):
-        _, size, told = np.array(evidence.power_by_size(of(judged, experiment), name) or [(np.nan,) * 3]).T
+        _, size, told = np.array(evidence.power_by_size(of(judged, experiment), name)).T
         label = f"{_TITLES[experiment]}, {name}"
         axes.plot(size, told, color=colour, ls=dash, lw=1.0, marker="o", ms=2.5, label=label)
     axes.axhline(0.05, color=style.VERMILLION, lw=0.7)

@@ -22,8 +22,8 @@ GROSS = 5.0
 NORMAL = 0.25
 """A likelihood is nearly normal where an interval is so near to a normal one's, relatively."""
 
-CLASS = 0.25
-"""Width of a class of sizes of misfits [std of the noise]."""
+CLASSES, FEWEST = 12, 10
+"""Classes of sizes of misfits, equally many missions in each; fewer classes where these would be too few."""
 
 Rows = Sequence[dict[str, Any]]
 
@@ -239,11 +239,10 @@ def power(rows: Rows, name: str) -> Power:
 
 
 def power_by_size(rows: Rows, name: str) -> list[tuple[float, float, float]]:
-    """Of each class of sizes with ten missions or more: its least and mean size, the share called wrong."""
+    """Of each class of sizes: its least and mean size, the share called wrong."""
     size, wrong = _tried(rows, name)
-    at = np.floor(size / CLASS).astype(int)
-    full = [k for k in np.unique(at) if np.sum(at == k) >= 10]
-    return [(float(k * CLASS), float(size[at == k].mean()), float(wrong[at == k].mean())) for k in full]
+    classes = np.array_split(np.argsort(size), max(1, min(CLASSES, len(size) // FEWEST)))
+    return [(float(size[at].min()), float(size[at].mean()), float(wrong[at].mean())) for at in classes]
 
 
 def _tried(rows: Rows, name: str) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
