@@ -1,4 +1,4 @@
-"""Whether intervals, regions and tests of misfit are true: 1,920 missions, 200 long runs.
+"""Whether intervals, regions and tests of misfit are true: 1,620 missions, 200 long runs.
 
     python -m pipelines.calibration [scale=small] [output_dir=FOLDER] [jobs=N]
 
