@@ -122,7 +122,7 @@ class World:
         return environment.samples
 
     def _stream(self, name: str, *indices: int) -> np.random.Generator:
-        return stream(SEED, f"calibration {self.agent} {name}", *indices)
+        return stream(SEED, f"calibration {self.experiment} {self.agent} {name}", *indices)
 
     @cached_property
     def _other(self) -> Any:
