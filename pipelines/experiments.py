@@ -23,7 +23,7 @@ from typing import Any
 import xarray as xr
 
 from fieldrl import __version__
-from fieldrl.cli.compose import composed, recorded
+from fieldrl.cli.compose import composed, performed
 from fieldrl.core import checks
 from fieldrl.core.checks import FieldrlError, InvalidValue
 from fieldrl.mission import Mission, run_replicate
@@ -232,7 +232,7 @@ def _compute(wanted: Wanted, settings: Settings) -> None:
     """One run in this process, without its table."""
     where = (f"tracking={settings.tracking}", f"output_dir={settings.output_dir}", "parallel=serial")
     with contextlib.redirect_stdout(io.StringIO()):
-        recorded(wanted.experiment, [*wanted.overrides, *where])
+        performed(wanted.experiment, [*wanted.overrides, *where])
 
 
 def progress(done: int, total: int, started: float, what: str = "runs") -> None:

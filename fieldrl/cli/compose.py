@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fieldrl.mission.environment import FieldSampling
+    from fieldrl.runs.job import Job
 
 
 def composed(overrides: Sequence[str] = ()) -> dict[str, Any]:
@@ -40,13 +41,18 @@ def recorded(experiment: str, overrides: Sequence[str] = ()) -> tuple[xr.Dataset
     """
     import xarray as xr
 
+    job, summary = performed(experiment, overrides)
+    return xr.load_dataset(job.run.folder / "record.nc", engine="h5netcdf"), summary
+
+
+def performed(experiment: str, overrides: Sequence[str] = ()) -> tuple[Job, dict[str, Any]]:
+    """The same without reading the record: the job, whose run has the folder, and the summary."""
     from fieldrl.cli.terminal import Terminal
     from fieldrl.runs.job import Job, perform
 
     config = composed([f"experiment={experiment}", *overrides])
     job = Job.of(config, experiment, Composed(config, experiment, tuple(overrides)).files())
-    summary = perform(job, Terminal())
-    return xr.load_dataset(job.run.folder / "record.nc", engine="h5netcdf"), summary
+    return job, perform(job, Terminal())
 
 
 def make_environment(

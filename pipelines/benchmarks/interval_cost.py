@@ -2,7 +2,7 @@
 
     python -m pipelines.benchmarks.interval_cost
 
-Takes five minutes.
+Takes two minutes.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ GAUSSIAN = (
     "estimator.initial=3", "episodes=3", "steps=1", "evaluation_episodes=1", "replicates=1",
 )  # fmt: skip
 WORKERS = (*_SMALL, "tracking=none", "parallel.jobs=2")
-SLOW = (*WORKERS, "episodes=10", "pde._target_=pipelines.faults.victims.Slow")
+SLOW = (*WORKERS, "episodes=6", "pde._target_=pipelines.faults.victims.Slow")
 SLOW_SWEEP = (
     "-m", *SLOW, "replicates=1", "seed=0,1,2", "hydra/launcher=joblib",
     "hydra.launcher.n_jobs=2",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from pipelines.faults.fuzz_workers import without_figures
 from tests.integration import forked
 
 _BUDGET = ("episodes=3", "steps=4", "evaluation_episodes=2", "replicates=2")
+_shared: list[Path] = []
 SMALL = ("experiment=advection", *_BUDGET)
 UNTRACKED = (*SMALL, "tracking=none")
 SMALLEST = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=1", "tracking=none")
@@ -25,7 +27,14 @@ SMALLEST = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=1", "t
 def fieldrl(
     folder: Path, *arguments: str, figures: bool = False, **environment: str
 ) -> subprocess.CompletedProcess[str]:
-    """The command in ``folder``, forked from a process that has imported everything."""
+    """The command in ``folder``, forked from a process that has imported everything.
+
+    Where it tracks its run the database is there already: making one takes MLflow longer than a small run.
+    """
+    database = folder / "outputs" / "mlflow.db"
+    if "tracking=none" not in arguments and not database.exists():
+        database.parent.mkdir(exist_ok=True)
+        shutil.copy(forked.empty_database(_shared[0]), database)
     return forked.command(folder, arguments, environment, figures)
 
 
@@ -35,6 +44,13 @@ def fieldrl_anew(folder: Path, *arguments: str, **environment: str) -> subproces
         [sys.executable, "-m", "fieldrl.cli.main", *arguments],
         cwd=folder, capture_output=True, text=True, env=os.environ | environment, check=False, timeout=300,
     )  # fmt: skip
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _of_all_workers(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """The folder that all workers of this test session share."""
+    own = tmp_path_factory.getbasetemp()
+    _shared[:] = [own.parent if "PYTEST_XDIST_WORKER" in os.environ else own]
 
 
 @pytest.fixture(autouse=True, scope="session")

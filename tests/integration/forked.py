@@ -13,12 +13,34 @@ from multiprocessing import get_context
 from pathlib import Path
 from subprocess import CompletedProcess
 
+from filelock import FileLock
+
 _CONTEXT = get_context("forkserver")
 _CONTEXT.set_forkserver_preload([
     "fieldrl.cli.launch", "fieldrl.cli.terminal", "fieldrl.cli.sweep_terminal", "fieldrl.figures",
     "fieldrl.mission", "fieldrl.runs.job", "fieldrl.runs.run_page", "fieldrl.sweeps.execution",
+    "tests.integration.preloaded",
 ])  # fmt: skip
 _PATIENCE = 300.0  # that a command may take [s]
+
+
+def empty_database(shared: Path) -> Path:
+    """MLflow's tables without a run, made once in a folder that all workers of a test session share."""
+    path = shared / "mlflow.db"
+    with FileLock(shared / "mlflow.db.lock"):
+        if not path.exists():
+            process = _CONTEXT.Process(target=_make_database, args=(path,))
+            process.start()
+            process.join(_PATIENCE)
+    return path
+
+
+def _make_database(path: Path) -> None:
+    from fieldrl.tracking.database import Database
+
+    making = path.parent / "making"
+    Database(None, making).search("")
+    (making / path.name).rename(path)
 
 
 def command(

@@ -53,7 +53,7 @@ def test_the_json_names_runs_versions_numbers_and_the_command(made):
 def test_a_second_time_nothing_is_computed_and_every_json_has_the_same_bytes(made, monkeypatch, tmp_path):
     before = notes(made)
     again = replace(made, output_dir=str(shutil.copytree(made.output_dir, tmp_path / "outputs")))
-    monkeypatch.setattr(experiments, "recorded", None)
+    monkeypatch.setattr(experiments, "performed", None)
     monkeypatch.setattr(Figure, "savefig", lambda *_, **__: None)  # the numbers are what is asked for
     monkeypatch.setattr(animation, "picture", lambda *_, **__: Image.new("RGB", (2, 2)))
     for pipeline in paper.PIPELINES:

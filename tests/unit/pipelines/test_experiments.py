@@ -28,7 +28,7 @@ def test_an_unknown_option_or_value_is_refused(argument):
 def test_a_missing_run_is_computed_and_a_finished_one_is_not(here, capsys, monkeypatch):
     assert experiments.ensure([TINY.at(here), TINY.at(here)], here) == 1
     assert "computed 1 of 1" in capsys.readouterr().out
-    monkeypatch.setattr(experiments, "recorded", None)  # would fail if it were called
+    monkeypatch.setattr(experiments, "performed", None)  # would fail if it were called
     assert experiments.ensure([TINY.at(here)], here) == 0
     found = experiments.find({"tiny": TINY}, here)["tiny"]
     assert found.record.sizes["episode"] == 1

@@ -29,7 +29,7 @@ def test_the_measured_state_is_the_state_plus_scaled_normal_numbers(covariance, 
 
 
 @settings(deadline=None)
-@given(st.floats(-1e6, 1e6), st.floats(0, 100), st.integers(0, 1000))
+@given(st.floats(-1e6, 1e6), st.just(0.0) | st.floats(1e-30, 100), st.integers(0, 1000))
 def test_a_sample_is_the_value_plus_noise_from_the_given_stream(value, noise, seed):
     sensor = Sensor(noise=noise)
     sample = sensor.measure(value, stream(seed, "sensor"))
