@@ -25,14 +25,15 @@ SMALLEST = ("episodes=1", "steps=2", "evaluation_episodes=0", "replicates=1", "t
 
 
 def fieldrl(
-    folder: Path, *arguments: str, figures: bool = False, **environment: str
+    folder: Path, *arguments: str, figures: bool = False, tables: bool = True, **environment: str
 ) -> subprocess.CompletedProcess[str]:
     """The command in ``folder``, forked from a process that has imported everything.
 
-    Where it tracks its run the database is there already: making one takes MLflow longer than a small run.
+    Where it tracks its run, and with ``tables``, the database is there already: making one takes MLflow
+    longer than a small run.
     """
     database = folder / "outputs" / "mlflow.db"
-    if "tracking=none" not in arguments and not database.exists():
+    if tables and "tracking=none" not in arguments and not database.exists():
         database.parent.mkdir(exist_ok=True)
         shutil.copy(forked.empty_database(_shared[0]), database)
     return forked.command(folder, arguments, environment, figures)

@@ -150,7 +150,7 @@ def test_a_grid_of_the_estimator_that_memory_cannot_hold_is_refused(tmp_path, mo
 
 
 def test_two_wrong_values_are_refused_one_at_a_time(tmp_path):
-    finished = fieldrl(tmp_path, "seed=-1", "steps=0")
+    finished = fieldrl(tmp_path, "seed=-1", "steps=0", tables=False)
     assert finished.returncode == 1
     check_message(finished.stderr, ["=", "must be"])
     assert list(tmp_path.iterdir()) == []
