@@ -7,7 +7,7 @@ of ``HOSTILE`` may meet every key and every node. Cases run through ``fieldrl.cl
 processes with limits of processor time and memory, one in a hundred as a command of its own. What is valid
 runs to its end, unless it is estimated to take longer than a few seconds.
 
-Takes half an hour.
+Takes ten minutes.
 """
 
 from __future__ import annotations
