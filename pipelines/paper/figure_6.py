@@ -27,14 +27,18 @@ def make(settings: Settings) -> None:
     """Find the run, draw four of replicate 0's episodes."""
     run = experiments.find(plan(settings), settings)[gyres.RUN]
     chosen = episodes(run)
-    drawing = style.figure(style.PAGE, 3.6, layout="compressed")
-    panels = drawing.subplots(2, 2, sharex=True, sharey=True)
+    rows = -(-len(chosen) // 2)
+    drawing = style.figure(style.PAGE, 0.5 + 1.55 * rows, layout="compressed")
+    panels = drawing.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
     level_sets = None
     for number, axes in enumerate(panels.flat):
         style.dress(axes)
         axes.set_visible(number < len(chosen))
         if number < len(chosen):
             level_sets = _draw(axes, run, *list(chosen.items())[number], number)
+            lowest = number + 2 >= len(chosen)
+            axes.tick_params(labelbottom=lowest)
+            axes.set_xlabel(axes.get_xlabel() if lowest else "")
     for axes in panels[:, -1]:
         if level_sets is not None and axes.get_visible():
             style.colour_bar(level_sets, axes, maps.bar_label(run.record, maps.at_final_time(run.record)))
@@ -74,8 +78,6 @@ def crosses(run: Found) -> NDArray[np.bool_]:
 def _draw(axes: Axes, run: Found, episode: int, role: str, number: int):
     record = run.record
     maps.prepare(axes, record, first=number % 2 == 0)
-    if number < 2:
-        axes.set_xlabel("")
     field = record["field_true"]
     level_sets = maps.draw_level_sets(axes, field, Normalize(*maps.value_range(field)))
     gyres.draw_separation(axes, run)
