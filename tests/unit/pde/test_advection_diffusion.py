@@ -187,6 +187,11 @@ def test_bounds_that_hold_unstable_flows_are_refused():
         AdvectionDiffusion(flow=Exploding(after=-1.0), lower=(0.0, 0.1), upper=(0.3, 1.3))
 
 
+def test_a_flow_that_takes_too_many_steps_is_refused():
+    with pytest.raises(InvalidValue, match=r"upper.*more than 200000 steps in the fastest flow"):
+        AdvectionDiffusion(flow=DoubleGyre(amplitude=1e6))
+
+
 def test_a_grid_too_coarse_for_the_feature_warns_with_the_number():
     with pytest.warns(CoarseGrid, match=r"cells=\[20, 10\].*rises over 2\.\d cells.*at least 5"):
         AdvectionDiffusion(cells=(20, 10))
@@ -214,7 +219,6 @@ def test_obstacles_in_the_feature_raise_no_warning():
         {"courant": 1.5},
         {"courant": 1e-6},
         {"diffusivity": 1e6},
-        {"flow": DoubleGyre(amplitude=1e4), "upper": (0.5, 1.3)},
         {"positive": 1},
         {"truth_refinement": 0},
         {"true": (0.25,)},
