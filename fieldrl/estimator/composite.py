@@ -50,7 +50,7 @@ class Composite:
 
     initial: int = 4
     budget: int = 60
-    tolerance: float = 0.001
+    tolerance: float = 0.0003
     fold_tolerance: float = 0.01
     floor: float = 0.1
     share: bool = True

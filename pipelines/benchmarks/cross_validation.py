@@ -1,6 +1,6 @@
 """e_cv of the second experiment against converged refits of every fold, at the defaults that we ship.
 
-    python -m pipelines.benchmarks.cross_validation        100 fits from nothing, 6 replicates of ten episodes
+    python -m pipelines.benchmarks.cross_validation        300 fits from nothing, 6 replicates of ten episodes
     python -m pipelines.benchmarks.cross_validation --estimator least_squares --replicates 0
     python -m pipelines.benchmarks.cross_validation --small    seconds, on a coarse grid
 
@@ -186,7 +186,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--estimator", default="composite", help="an option of the group estimator")
-    parser.add_argument("--paths", type=int, default=100)
+    parser.add_argument("--paths", type=int, default=300)
     parser.add_argument("--replicates", type=int, default=6)
     parser.add_argument("--nodes", type=int, nargs=2, default=(48, 124), help="of the interpolation")
     parser.add_argument("--jobs", type=int, default=-1)

@@ -21,7 +21,7 @@ from fieldrl.estimator.designs import cover
 from fieldrl.estimator.problem import FitProblem
 from fieldrl.estimator.surrogate.improvement import basin_volume, improvement_bound
 from fieldrl.estimator.surrogate.minima import Minimum, apart, minima
-from fieldrl.estimator.surrogate.predictions import condition, evidence, predict_mean
+from fieldrl.estimator.surrogate.predictions import condition, distrusted, evidence, predict_mean
 
 _COVER = 9  # two to this: points of the box
 _CAUTION, _MORE_CAUTION = 4.0, 5.0  # for minima, and before it is believed that none is hidden
@@ -33,6 +33,7 @@ _HIDDEN_FLOOR = 0.1  # the least that it gains to count, as a share of the floor
 _FEW = 0.2  # share of e_cv that may be in doubt with no more samples than unknowns
 _SAME = 1e-6  # closer to a solve than this is the solve [half-width]
 _SOLVED_ALREADY = 1e-4  # the same for a fold that leaves a sample out
+_STEP, _AT = 0.2, 0.01  # the longest step to learn a slope [half-width]; solves closer than a share of it do not
 _LOST = 0.05  # no proposal so near a failed solve [half-width]
 
 
@@ -143,12 +144,22 @@ class Acquisition:
         best, *others = self.minima(0)
         tolerated = self._tolerated_full()
         if best.excess > tolerated or best.deviation > _REPORTED * tolerated:
-            yield best.u
+            yield self._beside(best)
         if not self.few:
             for other in others:
                 if _expected_gain(best, other)[0] > tolerated:
                     yield other.u
                     yield best.u
+
+    def _beside(self, best: Minimum) -> NDArray[np.float64]:
+        """The minimiser; where it is as good as solved, what is in doubt is the slope: a step away from it."""
+        move = np.zeros(self.p) if best.move is None else best.move
+        step = move * min(1.0, _STEP / max(float(np.max(np.abs(move))), _SAME))
+        if self._is_new(best.u[None], _AT * float(np.max(np.abs(step))))[0]:
+            return best.u
+        sides = np.clip(best.u + np.array([[1.0], [-1.0]]) * step, -1.0, 1.0)
+        distance = cdist(sides, self.known.u, "chebyshev").min(axis=1)
+        return sides[np.argmax(distance)]
 
     def _hidden(self) -> Iterator[NDArray[np.float64]]:
         """The likeliest place of a basin not yet seen, where all such places together may gain something.
@@ -161,7 +172,7 @@ class Acquisition:
         tolerated = max(_HIDDEN * best, _HIDDEN_FLOOR * self.settings.floor / self.n)
         if best < tolerated or self.few:
             return
-        surrogate, box = condition(self.seen, _MORE_CAUTION), self.box
+        surrogate, box = distrusted(condition(self.seen, _MORE_CAUTION)), self.box
         bound = improvement_bound(surrogate, box, self.values, self.tau, (1.0 - _MARGIN) * best)
         bound[~self._is_new(box)] = 0.0
         u = self.solves.u[np.argmin(self.solves.losses[:, 0])]

@@ -42,6 +42,8 @@ class Minimum(NamedTuple):
         excess: expected loss of u above the true minimum nearby; of the lowest minimum alone [field unit^2].
         left_out: standard deviation of the left-out sample's residual, 0 for fold 0; of the lowest minimum
             alone [field unit].
+        move: standard deviation of the true minimiser's place along the direction in which it is greatest,
+            (p,); of the lowest minimum alone [half-width].
     """
 
     u: NDArray[np.float64]
@@ -50,6 +52,7 @@ class Minimum(NamedTuple):
     deviation: float
     excess: float = np.nan
     left_out: float = np.nan
+    move: NDArray[np.float64] | None = None
 
 
 def minima(
@@ -82,7 +85,10 @@ def minima(
         for place, *told in zip(places, residuals, deviations.tolist(), strict=True)
     ]
     doubts = _doubts(surrogate, found[0].residuals, weights, tikhonov, found[0].u, fold - 1)
-    return [found[0]._replace(excess=doubts[0], left_out=doubts[1]), *found[1:]]
+    excess, left_out, moves = doubts
+    variances, directions = np.linalg.eigh(moves)
+    move = directions[:, -1] * np.sqrt(max(float(variances[-1]), 0.0))
+    return [found[0]._replace(excess=excess, left_out=left_out, move=move), *found[1:]]
 
 
 @njit(cache=True, error_model="numpy")
@@ -122,28 +128,27 @@ def _descend_all(surrogate, values, weights, tikhonov, ends, losses):
 
 @njit(cache=True, error_model="numpy")
 def _doubts(surrogate, residuals, weights, tikhonov, u, left_out):
-    """Expected excess of a minimum u, and deviation of the left-out residual there."""
+    """Expected excess of a minimum u, deviation of the left-out residual there, covariance of its move."""
     n, p = residuals.size, u.size
     mean, slope, covariance = np.empty(n), np.empty((n, p)), np.empty((n, 1 + p, 1 + p))
     linearise(surrogate, u, mean, slope)
     covary(surrogate, u, covariance)
     inverse = _inverse_curvature(slope, residuals, weights, tikhonov, u)
     gradient = _doubt_of_gradient(slope, residuals, weights, covariance)
-    excess, variance = 0.0, 0.0
+    excess, variance, moves = 0.0, 0.0, np.zeros((p, p))
     for a in range(p):
         for b in range(p):
             excess += inverse[a, b] * gradient[b, a]
-    if left_out < 0:
-        return max(excess, 0.0), 0.0
-    for a in range(p):
-        for b in range(p):
-            move = 0.0
             for c in range(p):
                 for d in range(p):
-                    move += inverse[a, c] * gradient[c, d] * inverse[d, b]
+                    moves[a, b] += inverse[a, c] * gradient[c, d] * inverse[d, b]
+    if left_out < 0:
+        return max(excess, 0.0), 0.0, moves
+    for a in range(p):
+        for b in range(p):
             product = slope[left_out, a] * slope[left_out, b]
-            variance += (product + covariance[left_out, 1 + a, 1 + b]) * move
-    return max(excess, 0.0), np.sqrt(max(covariance[left_out, 0, 0] + variance, 0.0))
+            variance += (product + covariance[left_out, 1 + a, 1 + b]) * moves[a, b]
+    return max(excess, 0.0), np.sqrt(max(covariance[left_out, 0, 0] + variance, 0.0)), moves
 
 
 @njit(cache=True, error_model="numpy")

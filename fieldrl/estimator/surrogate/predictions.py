@@ -29,6 +29,7 @@ from fieldrl.estimator.designs import length_scales
 _NUGGET = 1e-10  # eta: keeps R positive where points nearly coincide
 _TYPICAL, _SPREAD = 0.5, 1.0  # prior of a length scale: log-normal about this [half-width]
 _SHAPE, _SHARE = 1.0, 0.05  # prior of a variance: inverse gamma, its scale a share of the pooled variance
+_DISTRUST = 2.0  # variances of a surrogate that is not trusted are greater by this
 _LEAST = 1e-12  # least share of the variance that is left anywhere
 
 
@@ -115,6 +116,22 @@ def predict_mean(surrogate: Surrogate, u: NDArray[np.float64]) -> NDArray[np.flo
     mean = np.empty((len(u), len(surrogate.mean)))
     _predict(surrogate, np.ascontiguousarray(u), mean, mean[:0])
     return mean
+
+
+def distrusted(surrogate: Surrogate) -> Surrogate:
+    """The same with variances that its own errors speak for, and twice that, since few errors tell of them.
+
+    The error at a solve that is left out, squared, is on average its variance (Rasmussen & Williams 2006,
+    section 5.4.2). Solves that lie alone count most: what one close to another says of errors far away is
+    little. One factor, at least 1, serves all outputs.
+    """
+    seen, expected = 0.0, 0.0
+    for j, owner in enumerate(surrogate.owner):
+        precision = np.sum(surrogate.roots[owner] ** 2, axis=0)  # of a solve given the others
+        seen += float(np.sum((surrogate.coefficients[:, j] / precision) ** 2)) / surrogate.variance[j]
+        expected += float(np.sum(1.0 / precision))
+    factor = _DISTRUST * max(seen / expected, 1.0)
+    return surrogate._replace(variance=factor * surrogate.variance)
 
 
 @njit(cache=True, error_model="numpy")
