@@ -20,7 +20,7 @@ from scipy.special import ndtr
 from fieldrl.estimator.designs import cover
 from fieldrl.estimator.problem import FitProblem
 from fieldrl.estimator.surrogate.improvement import basin_volume, improvement_bound
-from fieldrl.estimator.surrogate.minima import Minimum, apart, minima
+from fieldrl.estimator.surrogate.minima import REACH, Minimum, apart, minima
 from fieldrl.estimator.surrogate.predictions import condition, distrusted, evidence, predict_mean
 
 _COVER = 9  # two to this: points of the box
@@ -33,7 +33,7 @@ _HIDDEN_FLOOR = 0.1  # the least that it gains to count, as a share of the floor
 _FEW = 0.2  # share of e_cv that may be in doubt with no more samples than unknowns
 _SAME = 1e-6  # closer to a solve than this is the solve [half-width]
 _SOLVED_ALREADY = 1e-4  # the same for a fold that leaves a sample out
-_STEP, _AT = 0.2, 0.01  # the longest step to learn a slope [half-width]; solves closer than a share of it do not
+_AT = 0.01  # solves closer to a minimiser than this share of its move tell nothing of slopes
 _LOST = 0.05  # no proposal so near a failed solve [half-width]
 
 
@@ -143,7 +143,7 @@ class Acquisition:
         """The minimiser of fold 0 where it is not known well enough, then minima that may lie lower."""
         best, *others = self.minima(0)
         tolerated = self._tolerated_full()
-        if best.excess > tolerated or best.deviation > _REPORTED * tolerated:
+        if min(best.excess, best.reachable) > tolerated or best.deviation > _REPORTED * tolerated:
             yield self._beside(best)
         if not self.few:
             for other in others:
@@ -154,7 +154,7 @@ class Acquisition:
     def _beside(self, best: Minimum) -> NDArray[np.float64]:
         """The minimiser; where it is as good as solved, what is in doubt is the slope: a step away from it."""
         move = np.zeros(self.p) if best.move is None else best.move
-        step = move * min(1.0, _STEP / max(float(np.max(np.abs(move))), _SAME))
+        step = move * min(1.0, REACH / max(float(np.max(np.abs(move))), _SAME))
         if self._is_new(best.u[None], _AT * float(np.max(np.abs(step))))[0]:
             return best.u
         sides = np.clip(best.u + np.array([[1.0], [-1.0]]) * step, -1.0, 1.0)

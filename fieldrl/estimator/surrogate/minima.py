@@ -27,6 +27,9 @@ from numpy.typing import NDArray
 from fieldrl.estimator.surrogate.improvement import descend
 from fieldrl.estimator.surrogate.predictions import Surrogate, covary, linearise, predict
 
+REACH = 0.2
+"""So far a move to first order is believed; on a plateau, where nothing holds it, it is longer [half-width]."""
+
 _SAME = 1e-3  # minima closer than this are one [half-width]
 _DESCENT = 40  # evaluations of the surrogate in a descent
 
@@ -44,6 +47,7 @@ class Minimum(NamedTuple):
             alone [field unit].
         move: standard deviation of the true minimiser's place along the direction in which it is greatest,
             (p,); of the lowest minimum alone [half-width].
+        reachable: expected excess within ``REACH`` of u, at most; of the lowest minimum alone [field unit^2].
     """
 
     u: NDArray[np.float64]
@@ -53,6 +57,7 @@ class Minimum(NamedTuple):
     excess: float = np.nan
     left_out: float = np.nan
     move: NDArray[np.float64] | None = None
+    reachable: float = np.nan
 
 
 def minima(
@@ -85,10 +90,10 @@ def minima(
         for place, *told in zip(places, residuals, deviations.tolist(), strict=True)
     ]
     doubts = _doubts(surrogate, found[0].residuals, weights, tikhonov, found[0].u, fold - 1)
-    excess, left_out, moves = doubts
+    excess, left_out, moves, reachable = doubts
     variances, directions = np.linalg.eigh(moves)
     move = directions[:, -1] * np.sqrt(max(float(variances[-1]), 0.0))
-    return [found[0]._replace(excess=excess, left_out=left_out, move=move), *found[1:]]
+    return [found[0]._replace(excess=excess, left_out=left_out, move=move, reachable=reachable), *found[1:]]
 
 
 @njit(cache=True, error_model="numpy")
@@ -128,7 +133,7 @@ def _descend_all(surrogate, values, weights, tikhonov, ends, losses):
 
 @njit(cache=True, error_model="numpy")
 def _doubts(surrogate, residuals, weights, tikhonov, u, left_out):
-    """Expected excess of a minimum u, deviation of the left-out residual there, covariance of its move."""
+    """Expected excess of a minimum u, doubt of the left-out residual, covariance of the move; see ``Minimum``."""
     n, p = residuals.size, u.size
     mean, slope, covariance = np.empty(n), np.empty((n, p)), np.empty((n, 1 + p, 1 + p))
     linearise(surrogate, u, mean, slope)
@@ -142,13 +147,14 @@ def _doubts(surrogate, residuals, weights, tikhonov, u, left_out):
             for c in range(p):
                 for d in range(p):
                     moves[a, b] += inverse[a, c] * gradient[c, d] * inverse[d, b]
+    reachable = 2.0 * REACH * np.sqrt(max(np.trace(gradient), 0.0))
     if left_out < 0:
-        return max(excess, 0.0), 0.0, moves
+        return max(excess, 0.0), 0.0, moves, reachable
     for a in range(p):
         for b in range(p):
             product = slope[left_out, a] * slope[left_out, b]
             variance += (product + covariance[left_out, 1 + a, 1 + b]) * moves[a, b]
-    return max(excess, 0.0), np.sqrt(max(covariance[left_out, 0, 0] + variance, 0.0)), moves
+    return max(excess, 0.0), np.sqrt(max(covariance[left_out, 0, 0] + variance, 0.0)), moves, reachable
 
 
 @njit(cache=True, error_model="numpy")
