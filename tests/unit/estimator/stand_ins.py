@@ -39,6 +39,28 @@ class Waves:
         raise NotImplementedError
 
 
+@dataclass(frozen=True)
+class Passing:
+    """A narrow feature that moves with (a, b); where it misses all samples the loss is a plateau."""
+
+    width: float
+    parameters = Parameters(("a", "b"), ("1", "1"), (-1.0, -1.0), (1.0, 1.0))
+
+    def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
+        away = positions - theta[:, None, :] * times[None, :, None]
+        return 80 * np.exp(-0.5 * np.sum((away / self.width) ** 2, axis=2))
+
+
+def passing(seed: int, width: float, n: int = 12) -> tuple[FitProblem, float]:
+    """Samples about the true centre of a feature that passes by, and the loss of the truth."""
+    rng, model, times = np.random.default_rng(seed), Passing(width), np.linspace(0.5, 1.0, n)
+    true = rng.uniform(-0.9, 0.9, 2)
+    positions = true * times[:, None] + rng.uniform(-1.5 * width, 1.5 * width, (n, 2))
+    values = model.predict(true[None], positions, times)[0] + rng.standard_normal(n)
+    of = FitProblem(model, Samples.of(positions, times, values), leave_one_out=False)
+    return of, float(of.losses(of.residuals(true[None]), true[None])[0, 0])
+
+
 def samples(n: int, seed: int = 0, noise: float = 0.5) -> Samples:
     rng = np.random.default_rng(seed)
     positions, times = rng.uniform(0, 1, (n, 2)), np.arange(1.0, n + 1) / max(n, 1)

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fieldrl.estimator.surrogate.predictions import condition, covary, evidence, linearise, predict
+from fieldrl.estimator.surrogate.predictions import (
+    condition,
+    covary,
+    distrusted,
+    evidence,
+    linearise,
+    predict,
+)
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3], ids=lambda p: f"{p} unknowns")
@@ -61,3 +68,27 @@ def test_at_a_solve_the_value_is_known_and_the_slopes_are_not(surrogate):
     _, deviation = predict(surrogate, np.full((1, surrogate.inputs.shape[1]), 0.2))
     there = doubts(surrogate, np.full(surrogate.inputs.shape[1], 0.2))
     assert np.sqrt(there[:, 0, 0]) == pytest.approx(deviation[0])
+
+
+def test_a_surrogate_that_its_own_errors_contradict_is_distrusted():
+    """Each solve is predicted from the others with the same mean, variance and length scales, written out."""
+    rng = np.random.default_rng(0)
+    u = np.vstack([rng.uniform(-1, 1, (6, 2)), [0.9, 0.9] + 0.05 * rng.uniform(-1, 1, (20, 2))])
+    outputs = np.vstack([rng.normal(size=(6, 2)), np.zeros((20, 2))]) * [30.0, 10.0]
+    surrogate = condition(evidence(u, outputs, np.zeros(2)))
+    seen, expected = 0.0, 0.0
+    for j, inverse in enumerate(surrogate.inverse_scales):
+        r = np.exp(-0.5 * np.sum(((u[:, None] - u) * inverse) ** 2, axis=2)) + 1e-10 * np.eye(len(u))
+        for i in range(len(u)):
+            others = np.arange(len(u)) != i
+            solved = np.linalg.solve(r[np.ix_(others, others)], r[others, i])
+            rest = outputs[:, j] - surrogate.mean[j]
+            seen += (rest[i] - solved @ rest[others]) ** 2 / surrogate.variance[j]
+            expected += r[i, i] - solved @ r[others, i]
+    assert seen / expected > 1.5
+    factors = distrusted(surrogate).variance / surrogate.variance
+    assert factors == pytest.approx(2.0 * seen / expected, rel=1e-3)
+
+
+def test_distrust_never_makes_a_surrogate_surer(surrogate):
+    assert np.all(distrusted(surrogate).variance >= 2.0 * surrogate.variance)
