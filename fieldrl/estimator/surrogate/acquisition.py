@@ -152,7 +152,7 @@ class Acquisition:
                     yield best.u
 
     def _beside(self, best: Minimum) -> NDArray[np.float64]:
-        """The minimiser; where it is as good as solved, what is in doubt is the slope: a step away from it."""
+        """The minimiser; or a step aside, where it is as good as solved and its slope is in doubt."""
         move = np.zeros(self.p) if best.move is None else best.move
         step = move * min(1.0, REACH / max(float(np.max(np.abs(move))), _SAME))
         if self._is_new(best.u[None], _AT * float(np.max(np.abs(step))))[0]:

@@ -28,7 +28,7 @@ from fieldrl.estimator.surrogate.improvement import descend
 from fieldrl.estimator.surrogate.predictions import Surrogate, covary, linearise, predict
 
 REACH = 0.2
-"""So far a move to first order is believed; on a plateau, where nothing holds it, it is longer [half-width]."""
+"""So far a move to first order is believed; where nothing holds it, it is longer [half-width]."""
 
 _SAME = 1e-3  # minima closer than this are one [half-width]
 _DESCENT = 40  # evaluations of the surrogate in a descent
@@ -133,7 +133,7 @@ def _descend_all(surrogate, values, weights, tikhonov, ends, losses):
 
 @njit(cache=True, error_model="numpy")
 def _doubts(surrogate, residuals, weights, tikhonov, u, left_out):
-    """Expected excess of a minimum u, doubt of the left-out residual, covariance of the move; see ``Minimum``."""
+    """Excess, doubt of the left-out residual, covariance of the move, and reachable: see ``Minimum``."""
     n, p = residuals.size, u.size
     mean, slope, covariance = np.empty(n), np.empty((n, p)), np.empty((n, 1 + p, 1 + p))
     linearise(surrogate, u, mean, slope)
