@@ -16,7 +16,9 @@ DECADES = 1.5  # a wider range of values needs a logarithmic scale
 
 
 def rolling_mean(values: ArrayLike, window: int) -> NDArray[np.float64]:
-    """Mean over the ``window`` values around each, along the last axis; over fewer at both ends.
+    """Mean over the ``window`` values around each, along the last axis; at both ends, that of the last whole one.
+
+    (Fewer values there would let rare large errors count for less, and medians over replicates seem to fall.)
 
     Args:
         values: (..., n).
@@ -90,8 +92,9 @@ def _marker(x: NDArray) -> str:
 
 
 def _windowed_sum(values: NDArray, window: int) -> NDArray:
-    """Sum over window // 2 neighbours on each side and the value itself, along the last axis."""
-    n, half = values.shape[-1], window // 2
+    """Sum over the whole window nearest to each value, along the last axis."""
+    n = values.shape[-1]
+    width = min(window, n)
     total = np.concatenate([np.zeros((*values.shape[:-1], 1)), np.cumsum(values, axis=-1)], axis=-1)
-    i = np.arange(n)
-    return total[..., np.minimum(i + half + 1, n)] - total[..., np.maximum(i - half, 0)]
+    first = np.clip(np.arange(n) - window // 2, 0, n - width)
+    return total[..., first + width] - total[..., first]

@@ -102,14 +102,22 @@ def test_the_rolling_mean_grows_with_the_run(episodes, length):
     assert window(episodes) == length
 
 
-def test_a_rolling_mean_is_centred_and_shorter_at_the_ends():
-    np.testing.assert_allclose(curves.rolling_mean([1.0, 2.0, 6.0, 4.0], 3), [1.5, 3.0, 4.0, 5.0])
+def test_a_rolling_mean_is_centred_and_as_long_at_the_ends():
+    np.testing.assert_allclose(curves.rolling_mean([1.0, 2.0, 6.0, 4.0], 3), [3.0, 3.0, 4.0, 4.0])
+    np.testing.assert_allclose(curves.rolling_mean([1.0, 2.0], 3), [1.5, 1.5])
+
+
+def test_rare_large_errors_make_no_median_fall_at_the_ends():
+    errors = np.where(np.random.default_rng(0).uniform(size=(200, 400)) < 0.02, 100.0, 2.0)
+    median = np.median(curves.rolling_mean(errors, 51), axis=0)
+    assert median[0] == pytest.approx(np.median(median), abs=1.0)
+    assert median[-1] == pytest.approx(np.median(median), abs=1.0)
 
 
 def test_a_rolling_mean_skips_what_is_not_finite_if_half_is_left():
     mean = curves.rolling_mean([1.0, np.nan, 3.0, np.inf, np.nan, np.nan], 3)
 
-    np.testing.assert_allclose(mean, [1.0, 2.0, np.nan, np.nan, np.nan, np.nan])
+    np.testing.assert_allclose(mean, [2.0, 2.0, np.nan, np.nan, np.nan, np.nan])
 
 
 def test_quartiles_skip_what_is_not_finite():
