@@ -16,7 +16,7 @@ DECADES = 1.5  # a wider range of values needs a logarithmic scale
 
 
 def rolling_mean(values: ArrayLike, window: int) -> NDArray[np.float64]:
-    """Mean over the ``window`` values around each, along the last axis; at the ends, over the last whole window.
+    """Mean over the ``window`` values around each, along the last axis; at the ends, over a whole window too.
 
     (Fewer values there would let rare large errors count for less, and medians over replicates seem to fall.)
 
