@@ -5,7 +5,7 @@ python -m pipelines.paper scale=small      seconds, for CI
 
 What is finished is not computed again; see ``pipelines.experiments`` for the options.
 
-Takes half an hour.
+Takes an hour and a half.
 """
 
 from __future__ import annotations
