@@ -4,7 +4,7 @@ python -m pipelines.paper.claims [scale=small]
 
 Where the paper leaves open which of two things it did, each is a hypothesis with its own verdict.
 
-Takes seconds, and its runs half an hour.
+Takes seconds, and its runs an hour and a half.
 """
 
 from __future__ import annotations
