@@ -35,12 +35,15 @@ from fieldrl.runs.identity import RESULTS
 from fieldrl.runs.job import Job
 
 SCALES = {
-    "paper": {"advection": ("replicates=64",), "double_gyre": ("replicates=20",)},
+    "paper": {
+        "advection": ("replicates=64",), "double_gyre": ("replicates=20",), "search": ("replicates=8",),
+    },
     "small": {
         "advection": ("replicates=2", "episodes=12", "steps=5", "evaluation_episodes=1"),
         "double_gyre": (
             "replicates=2", "episodes=2", "steps=3", "evaluation_episodes=0", "pde.cells=[48,24]",
         ),
+        "search": ("replicates=2", "episodes=40", "steps=8", "evaluation_episodes=10"),
     },
 }  # fmt: skip
 """What a scale adds to each experiment: the paper's size with many replicates, and seconds for CI."""

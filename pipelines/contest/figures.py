@@ -5,13 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from fieldrl.core.streams import stream
 from fieldrl.figures import style
-from pipelines.contest.statistics import performance_profile
+from pipelines.contest.statistics import bootstrap, interquartile_mean, performance_profile
 
 _THRESHOLDS = np.geomspace(1e-3, 10.0, 200)
+_LOOKS = {
+    "random": (style.GREY, style.DASHES[1]),
+    "lawnmower": (style.SERIES[1], style.DASHES[2]),
+    "greedy_information": (style.SERIES[2], style.DASHES[1]),
+    "informed_sarsa_lambda": (style.BLUE, style.DASHES[0]),
+    "planner": (style.SERIES[3], style.DASHES[3]),
+    "oracle": (style.INK, style.DASHES[2]),
+}
+"""Of the agents that are compared sample by sample; ten curves would be too many."""
 
 
 def profiles(errors: Mapping[str, NDArray[np.float64]]) -> Figure:
@@ -30,3 +41,37 @@ def profiles(errors: Mapping[str, NDArray[np.float64]]) -> Figure:
     style.label(axes, "Error of the flow [length/time]", "Share of missions")
     axes.legend(fontsize=6, frameon=False)
     return drawing
+
+
+def by_sample(places: Mapping[str, Mapping[str, NDArray[np.float64]]]) -> Figure:
+    """The error after each sample, by agent: interquartile mean over missions, and its 95 % interval.
+
+    Args:
+        places: for each place by its name, each agent's errors, (seeds, samples) [length/time].
+    """
+    rows = -(-len(places) // 2)
+    drawing = style.figure(style.PAGE, 0.4 + 2.2 * rows)
+    grid = drawing.subplots(rows, min(2, len(places)), squeeze=False, sharey=True)
+    for axes, (place, agents) in zip(grid.flat, places.items(), strict=False):
+        style.dress(axes)
+        style.open_frame(axes)
+        style.count_along_x(axes)
+        style.title(axes, place)
+        for agent in (name for name in _LOOKS if name in agents):
+            _draw_by_sample(axes, agent, agents[agent])
+        style.logarithmic(axes, 3.0)
+        style.label(axes, "Sample", "Error of the flow [length/time]" if axes in grid[:, 0] else "")
+    for axes in grid.flat[len(places) :]:
+        axes.set_visible(False)
+    style.legend_across(drawing, grid[0, 0])
+    return drawing
+
+
+def _draw_by_sample(axes: Axes, agent: str, errors: NDArray[np.float64]) -> None:
+    colour, dashes = _LOOKS[agent]
+    samples = np.arange(1, errors.shape[1] + 1)
+    rng = stream(0, "contest bootstrap")
+    bands = [bootstrap(interquartile_mean, [column[None]], rng, 500) for column in errors.T]
+    middle = [interquartile_mean(column) for column in errors.T]
+    axes.plot(samples, middle, color=colour, linestyle=dashes, linewidth=1.2, label=agent)
+    axes.fill_between(samples, *np.transpose(bands), color=colour, alpha=0.15, linewidth=0)

@@ -28,6 +28,8 @@ COLUMNS = (
 def missions(place: Place, agent: str, episodes: int, seeds: int) -> pd.DataFrame:
     """One row for each test mission; seconds are those that the agent decided in.
 
+    Besides ``COLUMNS``: error_1, error_2, ..., the parameter error after each sample.
+
     Args:
         place: where.
         agent: option of the group.
@@ -42,7 +44,7 @@ def missions(place: Place, agent: str, episodes: int, seeds: int) -> pd.DataFram
     where = {"experiment": place.experiment, "start": place.start, "plume": place.plume, "agent": agent}
     training = {"training_seconds": time.perf_counter() - began if agent in LEARNERS else 0.0}
     rows = [where | {"seed": seed} | _test(replicate, seed) | training for seed in range(seeds)]
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    return pd.DataFrame(rows)
 
 
 def _test(replicate: Replicate, seed: int) -> dict[str, Any]:
@@ -51,13 +53,14 @@ def _test(replicate: Replicate, seed: int) -> dict[str, Any]:
     environment.np_random = stream(seed, "contest sensor")
     environment.chance = stream(seed, "contest truth")
     observation, _ = environment.reset()
-    state, seconds, info = replicate.agent_state, 0.0, {}
-    for _ in range(environment.steps):
+    state, seconds, info, errors = replicate.agent_state, 0.0, {}, {}
+    for sample in range(1, environment.steps + 1):
         began = time.perf_counter()
         action = replicate.choose(state, observation, rng, greedy=True)
         seconds += time.perf_counter() - began
         observation, _, _, _, info = environment.step(action)
-    return _told(replicate, info) | {"seconds": seconds}
+        errors[f"error_{sample}"] = float(environment.parameters.distance(info["theta"]))
+    return _told(replicate, info) | {"seconds": seconds} | errors
 
 
 def _told(replicate: Replicate, info: dict[str, Any]) -> dict[str, Any]:

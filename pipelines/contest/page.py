@@ -17,16 +17,18 @@ PLACE = ["experiment", "start", "plume"]
 
 
 def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
-    """Leave index.html and profiles.png.
+    """Leave index.html, profiles.png and by_sample.png.
 
     Args:
-        table: a DataFrame of all missions, see ``missions.COLUMNS``.
+        table: a DataFrame of all missions, see ``missions.missions``.
         folder: where.
         episodes: that learners trained.
         small: the scale.
     """
     figures.profiles(scores(table, "parameter_error")).savefig(folder / "profiles.png", dpi=160)
     parts = [(" ".join(map(str, name)), rows) for name, rows in table.groupby(PLACE, sort=False)]
+    courses = {name: course(part) for name, part in parts}
+    figures.by_sample(courses).savefig(folder / "by_sample.png", dpi=200)
     tables = [(name, summary(part)) for name, part in [("All places", table), *parts]]
     loader = FileSystemLoader(Path(__file__).parent)
     page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
@@ -47,6 +49,13 @@ def scores(table: Any, column: str) -> dict[str, NDArray[np.float64]]:
         str(agent): np.stack([part[column].to_numpy(float) for _, part in rows.groupby(PLACE, sort=False)])
         for agent, rows in table.groupby("agent", sort=False)
     }
+
+
+def course(table: Any) -> dict[str, NDArray[np.float64]]:
+    """The error after each sample by agent, at one place, (seeds, samples) each."""
+    columns = [name for name in table if name.startswith("error_")]
+    columns = [name for name in columns if table[name].notna().all()]
+    return {str(agent): rows[columns].to_numpy(float) for agent, rows in table.groupby("agent", sort=False)}
 
 
 def summary(table: Any) -> list[list[str]]:
