@@ -59,7 +59,7 @@ class Scale:
 
 
 SCALES = {
-    "paper": Scale(PLACES, 100, 2000),
+    "paper": Scale(PLACES, 100, 3000),
     "small": Scale((PLACES[0], PLACES[2]), 10, 300),
 }
 
