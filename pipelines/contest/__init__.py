@@ -5,5 +5,6 @@
 - ``learning_curve``: return and error by episode, paid by information and by Eq. 19
 - ``missions``: training and test missions of a case, in parts that are kept
 - ``page``: the page outputs/contest/index.html
+- ``readme``: tables and pictures for the docs
 - ``statistics``: shares with their intervals, medians, comparisons
 """

@@ -21,7 +21,7 @@ from fieldrl.runs import atomic
 from fieldrl.runs.identity import RESULTS
 from pipelines.contest import page
 from pipelines.contest.cases import AGENTS, SCALES, Place, Scale, configuration
-from pipelines.contest.missions import COLUMNS, missions
+from pipelines.contest.missions import missions
 from pipelines.experiments import Settings, command, fan_out, progress
 
 
@@ -36,7 +36,7 @@ def contest(settings: Settings) -> None:
     for done, _ in enumerate(fan_out(task, missing, settings), 1):
         progress(done, len(missing), began, "cases")
     table = pd.concat([pd.read_csv(kept[case]) for case in cases], ignore_index=True)
-    atomic.write(folder / "results.csv", partial(table[list(COLUMNS)].to_csv, index=False))
+    atomic.write(folder / "results.csv", partial(table.to_csv, index=False))
     page.write(table, folder, scale.episodes, settings.small)
     print(f"{folder / 'index.html'}\n{folder / 'results.csv'}")
 

@@ -13,7 +13,7 @@ from fieldrl.core.streams import stream
 from fieldrl.figures import style
 from pipelines.contest.statistics import bootstrap, interquartile_mean, performance_profile
 
-_THRESHOLDS = np.geomspace(1e-3, 10.0, 200)
+_THRESHOLDS = np.geomspace(0.1, 1e3, 200)
 _LOOKS = {
     "random": (style.GREY, style.DASHES[1]),
     "lawnmower": (style.SERIES[1], style.DASHES[2]),
@@ -29,7 +29,7 @@ def profiles(errors: Mapping[str, NDArray[np.float64]]) -> Figure:
     """The share of missions whose error is at most a value, by agent.
 
     Args:
-        errors: parameter errors of each agent, (places, seeds) [length/time].
+        errors: parameter errors of each agent, (places, seeds) [that of the oracle at the place].
     """
     drawing = style.figure(5.0, 3.2)
     axes = drawing.subplots()
@@ -38,7 +38,7 @@ def profiles(errors: Mapping[str, NDArray[np.float64]]) -> Figure:
         line = "-" if number < 7 else "--"
         axes.plot(_THRESHOLDS, performance_profile(scores, _THRESHOLDS), line, label=agent)
     axes.set_xscale("log")
-    style.label(axes, "Error of the flow [length/time]", "Share of missions")
+    style.label(axes, "Error of the flow / the oracle's", "Share of missions")
     axes.legend(fontsize=6, frameon=False)
     return drawing
 

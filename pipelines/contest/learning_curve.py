@@ -33,6 +33,15 @@ PLAN = {
     "total error, Eq. 19": Wanted("search", ("reward=total_error",)),
     "random agent": Wanted("search", ("agent=random",)),
 }
+COLUMNS = {
+    "first": "return, first tenth",
+    "last": "last tenth",
+    "width": "interquartile width",
+    "rise": "rise / width",
+    "error": "error of the greedy policy",
+    "interval": "95 %",
+}
+"""What is printed of ``measured``."""
 _SHARE = 10  # of the episodes a window is the tenth part
 
 
@@ -40,8 +49,8 @@ def make(settings: Settings) -> None:
     """Find the runs, print what they learned, draw it."""
     runs = experiments.find(PLAN, settings)
     numbers = {name: measured(run.record) for name, run in runs.items()}
-    rows = [[name, *(_cell(row[key]) for key in _COLUMNS)] for name, row in numbers.items()]
-    report.show("Learning in the search", ("", *_COLUMNS.values()), rows)
+    rows = [[name, *(cell(row[key]) for key in COLUMNS)] for name, row in numbers.items()]
+    report.show("Learning in the search", ("", *COLUMNS.values()), rows)
     content, look = io.BytesIO(), {"dpi": artefacts.DPI[settings.scale], "metadata": {"Software": None}}
     drawing(runs).savefig(content, format="png", **look)
     folder = settings.folder.parent / "contest"
@@ -54,17 +63,8 @@ def make(settings: Settings) -> None:
     atomic.write(folder / "learning_curve.json", (json.dumps(described, indent=1) + "\n").encode())
 
 
-_COLUMNS = {
-    "first": "return, first tenth",
-    "last": "last tenth",
-    "width": "interquartile width",
-    "rise": "rise / width",
-    "error": "error of the greedy policy",
-    "interval": "95 %",
-}
-
-
-def _cell(value: object) -> str:
+def cell(value: object) -> str:
+    """A number in three digits, text as it is."""
     return value if isinstance(value, str) else f"{value:.3g}"
 
 

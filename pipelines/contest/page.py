@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from numpy.typing import NDArray
 
@@ -14,6 +15,7 @@ from pipelines.contest import figures
 from pipelines.contest.statistics import bootstrap, interquartile_mean, probability_of_improvement
 
 PLACE = ["experiment", "start", "plume"]
+_ERRORS = ("parameter_error", "field_error")
 
 
 def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
@@ -25,11 +27,11 @@ def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
         episodes: that learners trained.
         small: the scale.
     """
-    figures.profiles(scores(table, "parameter_error")).savefig(folder / "profiles.png", dpi=160)
-    parts = [(" ".join(map(str, name)), rows) for name, rows in table.groupby(PLACE, sort=False)]
+    parts, all_places = by_place(table), relative(table)
+    figures.profiles(scores(all_places, "parameter_error")).savefig(folder / "profiles.png", dpi=160)
     courses = {name: course(part) for name, part in parts}
     figures.by_sample(courses).savefig(folder / "by_sample.png", dpi=200)
-    tables = [(name, summary(part)) for name, part in [("All places", table), *parts]]
+    tables = [(name, summary(part)) for name, part in [("All places", all_places), *parts]]
     loader = FileSystemLoader(Path(__file__).parent)
     page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     text = page.get_template("page.html.jinja").render(
@@ -41,6 +43,21 @@ def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
         small=small,
     )
     (folder / "index.html").write_text(text, encoding="utf-8")
+
+
+def by_place(table: Any) -> list[tuple[str, Any]]:
+    """Each place by its name, with its missions."""
+    return [(" ".join(map(str, name)), rows) for name, rows in table.groupby(PLACE, sort=False)]
+
+
+def relative(table: Any) -> Any:
+    """The same with errors as multiples of the oracle's at each place, so that places can be put together."""
+    parts = []
+    for _, rows in table.groupby(PLACE, sort=False):
+        oracle = rows[rows["agent"] == "oracle"]
+        scale = {name: interquartile_mean(oracle[name].to_numpy(float)) for name in _ERRORS}
+        parts.append(rows.assign(**{name: rows[name] / scale[name] for name in _ERRORS}))
+    return pd.concat(parts)
 
 
 def scores(table: Any, column: str) -> dict[str, NDArray[np.float64]]:

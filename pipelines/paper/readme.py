@@ -45,7 +45,7 @@ def make(settings: Settings, root: Path = Path()) -> None:
             _rewrite(root / "docs" / "true-field.md", name, made.read_text().strip())
     picture = settings.folder / f"{_PICTURE}.png"
     if picture.exists():
-        _shrink(picture, root / "docs" / "images" / picture.name)
+        shrink(picture, root / "docs" / "images" / picture.name)
 
 
 def table(claims: list[dict[str, Any]]) -> str:
@@ -81,9 +81,9 @@ def _row(*cells: str) -> str:
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
 
 
-def replaced(text: str, name: str, content: str) -> str:
+def replaced(text: str, name: str, content: str, command: str = _COMMAND) -> str:
     """``text`` with ``content`` between the two marks of a name; ValueError where they are missing."""
-    begin, end = f"<!-- {name}: {_COMMAND} -->", f"<!-- end of {name} -->"
+    begin, end = f"<!-- {name}: {command} -->", f"<!-- end of {name} -->"
     head, rest = text.split(begin, 1)
     _, tail = rest.split(end, 1)
     return f"{head}{begin}\n{content}\n{end}{tail}"
@@ -93,7 +93,7 @@ def _rewrite(path: Path, name: str, content: str) -> None:
     path.write_text(replaced(path.read_text(), name, content))
 
 
-def _shrink(picture: Path, target: Path) -> None:
+def shrink(picture: Path, target: Path) -> None:
     """The picture at the docs' width, in few colours."""
     with Image.open(picture) as image:
         small = image.convert("RGB").resize((_WIDTH, round(image.height * _WIDTH / image.width)))

@@ -12,7 +12,7 @@ from pipelines.contest.missions import COLUMNS, missions
 
 @pytest.fixture(scope="module")
 def table():
-    parts = [missions(PLACES[2], agent, 1, 3) for agent in ("random", "greedy_information")]
+    parts = [missions(PLACES[2], agent, 1, 3) for agent in ("random", "greedy_information", "oracle")]
     return pd.concat(parts, ignore_index=True)
 
 
@@ -30,7 +30,9 @@ def test_the_error_after_the_last_sample_is_the_mission_s(table):
 
 def test_the_page_shows_the_better_agent_first(table, tmp_path):
     page.write(table, tmp_path, 1, True)
-    assert page.summary(table)[0][0] == "greedy_information"
+    assert page.summary(table)[-1][0] == "random"
+    oracle = page.relative(table).query("agent == 'oracle'")["parameter_error"]
+    assert page.interquartile_mean(oracle.to_numpy()) == pytest.approx(1.0)
     assert {"index.html", "profiles.png", "by_sample.png"} == {path.name for path in tmp_path.iterdir()}
     assert page.course(table)["random"].shape == (3, 20)
 
