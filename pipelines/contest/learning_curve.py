@@ -117,7 +117,7 @@ def drawing(runs: dict[str, Found]) -> Figure:
     style.label(left, "Episode", "Return: information gained")
     style.label(right, "Episode", "Error of the flow [length/time]")
     style.logarithmic(right, 1.0)
-    style.legend(right, "upper right")
+    style.legend(right, "center right")
     for axes, letter in zip((left, right), "AB", strict=True):
         style.letter(axes, letter)
     return figure
