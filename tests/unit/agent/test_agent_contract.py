@@ -20,7 +20,8 @@ ACTIONS, STEPS = 7, 20
 
 @pytest.fixture(params=CONFIGS, ids=lambda path: path.stem)
 def agent(request):
-    return instantiate(OmegaConf.load(request.param))
+    whole = OmegaConf.create({"episodes": 50, "agent": OmegaConf.load(request.param)})
+    return instantiate(whole.agent)
 
 
 def observations(rng):
