@@ -14,6 +14,7 @@ from fieldrl.figures import style
 from pipelines.contest.statistics import bootstrap, interquartile_mean, performance_profile
 
 _THRESHOLDS = np.geomspace(0.1, 1e3, 200)
+_SKY = "#56B4E9"
 _LOOKS = {
     "random": (style.GREY, style.DASHES[1]),
     "lawnmower": (style.SERIES[1], style.DASHES[2]),
@@ -21,8 +22,13 @@ _LOOKS = {
     "informed_sarsa_lambda": (style.BLUE, style.DASHES[0]),
     "planner": (style.SERIES[3], style.DASHES[3]),
     "oracle": (style.INK, style.DASHES[2]),
+    "drift": (style.GREY, style.DASHES[2]),
+    "gradient": (style.VERMILLION, style.DASHES[1]),
+    "sarsa_lambda": (_SKY, style.DASHES[0]),
+    "true_online_sarsa_lambda": (_SKY, style.DASHES[1]),
 }
-"""Of the agents that are compared sample by sample; ten curves would be too many."""
+_COMPARED = tuple(_LOOKS)[:6]
+"""Sample by sample; ten curves with their bands would be too many."""
 
 
 def profiles(errors: Mapping[str, NDArray[np.float64]]) -> Figure:
@@ -31,15 +37,16 @@ def profiles(errors: Mapping[str, NDArray[np.float64]]) -> Figure:
     Args:
         errors: parameter errors of each agent, (places, seeds) [that of the oracle at the place].
     """
-    drawing = style.figure(5.0, 3.2)
+    drawing = style.figure(style.PAGE, 3.4)
     axes = drawing.subplots()
     style.dress(axes)
-    for number, (agent, scores) in enumerate(errors.items()):
-        line = "-" if number < 7 else "--"
-        axes.plot(_THRESHOLDS, performance_profile(scores, _THRESHOLDS), line, label=agent)
+    for agent, scores in errors.items():
+        colour, dashes = _LOOKS[agent]
+        shares = performance_profile(scores, _THRESHOLDS)
+        axes.plot(_THRESHOLDS, shares, color=colour, linestyle=dashes, linewidth=1.2, label=agent)
     axes.set_xscale("log")
     style.label(axes, "Error of the flow / the oracle's", "Share of missions")
-    axes.legend(fontsize=6, frameon=False)
+    style.legend_across(drawing, axes)
     return drawing
 
 
@@ -57,7 +64,7 @@ def by_sample(places: Mapping[str, Mapping[str, NDArray[np.float64]]]) -> Figure
         style.open_frame(axes)
         style.count_along_x(axes)
         style.title(axes, place)
-        for agent in (name for name in _LOOKS if name in agents):
+        for agent in (name for name in _COMPARED if name in agents):
             _draw_by_sample(axes, agent, agents[agent])
         style.logarithmic(axes, 3.0)
         style.label(axes, "Sample", "Error of the flow [length/time]" if axes in grid[:, 0] else "")
