@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
@@ -55,6 +56,30 @@ def _call_flow(typing, address, theta, constants, x, y, t, velocity):
 
 call_model: Any = intrinsic(_call_model)
 call_flow: Any = intrinsic(_call_flow)
+
+
+@njit(cache=True, error_model="numpy")
+def predict_many(kernel, constants, theta, positions, times):
+    """Predictions and derivatives of B models, each at n samples of its own.
+
+    Args:
+        kernel: address of their MODEL function.
+        constants: what it needs of each, (B, k).
+        theta: (B, p).
+        positions: (B, n, 2) [length].
+        times: (B, n) [time].
+
+    Returns:
+        (B, n) and (B, n, p).
+    """
+    (count, p), n = theta.shape, times.shape[1]
+    prediction, jacobian = np.empty((count, n)), np.empty((count, n, p))
+    for b in range(count):
+        call_model(
+            kernel, theta[b].ctypes, 1, positions[b].ctypes, times[b].ctypes, n, constants[b].ctypes,
+            prediction[b].ctypes, jacobian[b].ctypes,
+        )  # fmt: skip
+    return prediction, jacobian
 
 
 def loop(function: Any) -> Any:
