@@ -88,4 +88,9 @@ def loop(function: Any) -> Any:
     Counting takes longer than the arithmetic where arrays are as small as the unknowns of a fit. An
     allocation in such a function is refused when it is compiled.
     """
-    return njit(cache=True, error_model="numpy", _nrt=False)(function)  # pyright: ignore[reportCallIssue]
+    return njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)(function)  # pyright: ignore[reportCallIssue]
+
+
+def inlined(function: Any) -> Any:
+    """Compile a function that allocates into its caller, where the lengths of its loops may be known."""
+    return njit(cache=True, error_model="numpy", forceinline=True)(function)  # pyright: ignore[reportCallIssue]

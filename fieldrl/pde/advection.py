@@ -23,8 +23,9 @@ from numba import carray, cfunc, njit  # pyright: ignore[reportPrivateImportUsag
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
-from fieldrl.core.compiled import MODEL
+from fieldrl.core.compiled import MODEL, loop
 from fieldrl.core.domain import Domain, Grid
+from fieldrl.core.exponential import exponentials
 from fieldrl.core.kinds import OR_NULL, component
 from fieldrl.core.parameters import Parameters
 from fieldrl.pde import advection_unknowns
@@ -198,31 +199,65 @@ def _evaluate(theta, positions, times, constants):
 @njit(cache=True, error_model="numpy")
 def _advect(theta, positions, times, constants, prediction, jacobian):
     """Eq. (2) and its gradient for m candidates at n samples, in place, (m, n) and (m, n, 2)."""
-    a, cx, cy, scale, q = constants[0], constants[1], constants[2], constants[3], constants[4]
-    shrink = 1.0 / scale
+    if times.size == 1:  # the longer loop inside
+        for i in range(times.size):
+            for m in range(theta.shape[0]):
+                _decay(theta, positions, times, constants, m, i, prediction)
+    else:
+        for m in range(theta.shape[0]):
+            for i in range(times.size):
+                _decay(theta, positions, times, constants, m, i, prediction)
+    values = prediction.reshape(-1)
+    exponentials(values, values)
+    for m in range(theta.shape[0]):
+        for i in range(times.size):
+            _feature(theta, positions, times, constants, m, i, prediction, jacobian)
+    if constants[_SOURCE] != 0.0:
+        _add_source(theta, positions, times, constants, prediction, jacobian)
+
+
+@loop
+def _from_centre(theta, positions, times, constants, m, i):
+    """Where the characteristic through sample i began, from the feature's centre, in scales."""
+    shrink, t = 1.0 / constants[3], times[i]
+    x, y = positions[i, 0] - t * theta[m, 0], positions[i, 1] - t * theta[m, 1]
+    return (x - constants[1]) * shrink, (y - constants[2]) * shrink
+
+
+@loop
+def _decay(theta, positions, times, constants, m, i, prediction):
+    """The exponent of Eq. (26), in place."""
+    dx, dy = _from_centre(theta, positions, times, constants, m, i)
+    q = constants[4]
+    prediction[m, i] = -(dx * dx + dy * dy) if q == 2.0 else -(abs(dx) ** q + abs(dy) ** q)
+
+
+@loop
+def _feature(theta, positions, times, constants, m, i, prediction, jacobian):
+    """Eq. (26) and its derivatives by b, in place, where the prediction is the exponential of the decay."""
+    dx, dy = _from_centre(theta, positions, times, constants, m, i)
+    h, t, q, shrink = constants[0] * prediction[m, i], times[i], constants[4], 1.0 / constants[3]
+    slope_x, slope_y = (2.0 * dx, 2.0 * dy) if q == 2.0 else (_slope(dx, q), _slope(dy, q))
+    prediction[m, i] = h
+    jacobian[m, i, 0] = t * shrink * slope_x * h
+    jacobian[m, i, 1] = t * shrink * slope_y * h
+
+
+@njit(cache=True, error_model="numpy")
+def _add_source(theta, positions, times, constants, prediction, jacobian):
+    """Duhamel's integral and its derivatives, added in place."""
     for m in range(theta.shape[0]):
         bx, by = theta[m, 0], theta[m, 1]
         for i in range(times.size):
             t = times[i]
             x, y = positions[i, 0] - t * bx, positions[i, 1] - t * by
-            dx, dy = (x - cx) * shrink, (y - cy) * shrink
-            if q == 2.0:
-                h = a * math.exp(-(dx * dx + dy * dy))
-                slope_x, slope_y = 2.0 * dx, 2.0 * dy
-            else:
-                h = a * math.exp(-(abs(dx) ** q + abs(dy) ** q))
-                slope_x, slope_y = _slope(dx, q), _slope(dy, q)
-            prediction[m, i] = h
-            jacobian[m, i, 0] = t * shrink * slope_x * h
-            jacobian[m, i, 1] = t * shrink * slope_y * h
-            if constants[_SOURCE] != 0.0:
-                f, fx, fy = _duhamel(x, y, t, bx, by, constants)
-                prediction[m, i] += f
-                jacobian[m, i, 0] += fx
-                jacobian[m, i, 1] += fy
+            f, fx, fy = _duhamel(x, y, t, bx, by, constants)
+            prediction[m, i] += f
+            jacobian[m, i, 0] += fx
+            jacobian[m, i, 1] += fy
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def _slope(d, q):
     """Derivative of |d|^q; 0 at the crease of q = 1."""
     return q * np.sign(d) * abs(d) ** (q - 1.0)

@@ -16,12 +16,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from fieldrl.core.compiled import loop
+from fieldrl.core.compiled import inlined, loop
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def workspace(n, p):
     """Scratch arrays of ``minimise`` for n samples and p unknowns.
 
