@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from fieldrl.core import checks
 from fieldrl.core.compiled import MODEL, loop
 from fieldrl.core.domain import Domain, Grid
-from fieldrl.core.exponential import exponentials
+from fieldrl.core.exponential import exponential, exponentials
 from fieldrl.core.kinds import OR_NULL, component
 from fieldrl.core.parameters import Parameters
 from fieldrl.pde import advection_unknowns
@@ -196,51 +196,62 @@ def _evaluate(theta, positions, times, constants):
     return prediction, jacobian
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def _advect(theta, positions, times, constants, prediction, jacobian):
     """Eq. (2) and its gradient for m candidates at n samples, in place, (m, n) and (m, n, 2)."""
-    if times.size == 1:  # the longer loop inside
-        for i in range(times.size):
-            for m in range(theta.shape[0]):
-                _decay(theta, positions, times, constants, m, i, prediction)
+    if constants[4] == 2.0:
+        _advect_feature(theta, positions, times, constants, True, prediction, jacobian)
     else:
-        for m in range(theta.shape[0]):
-            for i in range(times.size):
-                _decay(theta, positions, times, constants, m, i, prediction)
-    values = prediction.reshape(-1)
-    exponentials(values, values)
-    for m in range(theta.shape[0]):
-        for i in range(times.size):
-            _feature(theta, positions, times, constants, m, i, prediction, jacobian)
+        _advect_feature(theta, positions, times, constants, False, prediction, jacobian)
     if constants[_SOURCE] != 0.0:
         _add_source(theta, positions, times, constants, prediction, jacobian)
 
 
 @loop
-def _from_centre(theta, positions, times, constants, m, i):
-    """Where the characteristic through sample i began, from the feature's centre, in scales."""
-    shrink, t = 1.0 / constants[3], times[i]
-    x, y = positions[i, 0] - t * theta[m, 0], positions[i, 1] - t * theta[m, 1]
-    return (x - constants[1]) * shrink, (y - constants[2]) * shrink
+def _advect_feature(theta, positions, times, constants, gaussian, prediction, jacobian):
+    """``_advect`` without source; what is ``gaussian`` needs no powers."""
+    feature = constants[0], constants[1], constants[2], 1.0 / constants[3], constants[4]
+    if times.size == 1:
+        _at_one_sample(theta, positions, times, feature, gaussian, prediction, jacobian)
+        return
+    for m in range(theta.shape[0]):
+        bx, by = theta[m, 0], theta[m, 1]
+        for i in range(times.size):
+            x, y, t = positions[i, 0], positions[i, 1], times[i]
+            decay = exponential(_exponent(x, y, t, bx, by, feature, gaussian))
+            found = _feature(x, y, t, bx, by, feature, gaussian, decay)
+            prediction[m, i], jacobian[m, i, 0], jacobian[m, i, 1] = found
 
 
 @loop
-def _decay(theta, positions, times, constants, m, i, prediction):
-    """The exponent of Eq. (26), in place."""
-    dx, dy = _from_centre(theta, positions, times, constants, m, i)
-    q = constants[4]
-    prediction[m, i] = -(dx * dx + dy * dy) if q == 2.0 else -(abs(dx) ** q + abs(dy) ** q)
+def _at_one_sample(theta, positions, times, feature, gaussian, prediction, jacobian):
+    """``_advect_feature`` for n = 1: arrays that are flat, so that LLVM takes several candidates at a time."""
+    b, values, slopes = theta.reshape(-1), prediction.reshape(-1), jacobian.reshape(-1)
+    x, y, t = positions[0, 0], positions[0, 1], times[0]
+    for m in range(values.size):
+        values[m] = _exponent(x, y, t, b[2 * m], b[2 * m + 1], feature, gaussian)
+    exponentials(values, values)
+    for m in range(values.size):
+        found = _feature(x, y, t, b[2 * m], b[2 * m + 1], feature, gaussian, values[m])
+        values[m], slopes[2 * m], slopes[2 * m + 1] = found
 
 
 @loop
-def _feature(theta, positions, times, constants, m, i, prediction, jacobian):
-    """Eq. (26) and its derivatives by b, in place, where the prediction is the exponential of the decay."""
-    dx, dy = _from_centre(theta, positions, times, constants, m, i)
-    h, t, q, shrink = constants[0] * prediction[m, i], times[i], constants[4], 1.0 / constants[3]
-    slope_x, slope_y = (2.0 * dx, 2.0 * dy) if q == 2.0 else (_slope(dx, q), _slope(dy, q))
-    prediction[m, i] = h
-    jacobian[m, i, 0] = t * shrink * slope_x * h
-    jacobian[m, i, 1] = t * shrink * slope_y * h
+def _exponent(x, y, t, bx, by, feature, gaussian):
+    """The exponent of Eq. (26) at (x, y, t)."""
+    _, cx, cy, shrink, q = feature
+    dx, dy = (x - t * bx - cx) * shrink, (y - t * by - cy) * shrink
+    return -(dx * dx + dy * dy) if gaussian else -(abs(dx) ** q + abs(dy) ** q)
+
+
+@loop
+def _feature(x, y, t, bx, by, feature, gaussian, decay):
+    """Eq. (26) and its derivatives by b, where the exponential in it is ``decay``."""
+    a, cx, cy, shrink, q = feature
+    dx, dy = (x - t * bx - cx) * shrink, (y - t * by - cy) * shrink
+    h = a * decay
+    slope_x, slope_y = (2.0 * dx, 2.0 * dy) if gaussian else (_slope(dx, q), _slope(dy, q))
+    return h, t * shrink * slope_x * h, t * shrink * slope_y * h
 
 
 @njit(cache=True, error_model="numpy")
