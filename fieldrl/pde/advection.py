@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -126,7 +126,7 @@ class Advection:
     def constants(self) -> NDArray[np.float64]:
         """Feature, source and quadrature, as the compiled function reads them."""
         source = np.zeros(6) if self.source is None else self.source.constants
-        nodes, weights = np.polynomial.legendre.leggauss(self.quadrature)
+        nodes, weights = _quadrature(self.quadrature)
         rest = [self.quadrature], nodes, weights
         if self.unknown is None:
             return np.concatenate([self.initial.constants, source, *rest])
@@ -178,6 +178,12 @@ class Advection:
         times = np.ascontiguousarray(times, dtype=float)
         evaluate = _evaluate if self.unknown is None else advection_unknowns.evaluate
         return evaluate(theta, positions, times, self.constants)
+
+
+@lru_cache(maxsize=64)
+def _quadrature(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Nodes and weights of Gauss-Legendre quadrature on (-1, 1), each (count,); finding them takes long."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 def _number(scalar: Scalar) -> int:
