@@ -83,14 +83,10 @@ def predict_many(kernel, constants, theta, positions, times):
 
 
 def loop(function: Any) -> Any:
-    """Compile a loop that allocates nothing; numba then need not count references to its arrays.
+    """Compile a loop that allocates nothing, into its callers; numba then need not count references.
 
-    Counting takes longer than the arithmetic where arrays are as small as the unknowns of a fit. An
-    allocation in such a function is refused when it is compiled.
+    Counting, and calling with many arrays, takes longer than the arithmetic where arrays are as small as the
+    unknowns of a fit. An allocation in such a function is refused when it is compiled.
     """
-    return njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)(function)  # pyright: ignore[reportCallIssue]
-
-
-def inlined(function: Any) -> Any:
-    """Compile a function that allocates into its caller, where the lengths of its loops may be known."""
-    return njit(cache=True, error_model="numpy", forceinline=True)(function)  # pyright: ignore[reportCallIssue]
+    options = {"cache": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
+    return njit(**options)(function)  # pyright: ignore[reportCallIssue]

@@ -38,7 +38,15 @@ class _Search:
 
 @dataclass
 class ManyFits:
-    """Compiled fits of many problems that know nothing of each other; see ``LeastSquares.many``."""
+    """Compiled fits of many problems that know nothing of each other; see ``LeastSquares.many``.
+
+    Args:
+        search: the coarse grid, which all have in common.
+        memos: labels, squared residuals, running sums and maxima as in ``_Search``, each problem's own.
+        starts: of ``LeastSquares``.
+        tikhonov: of ``LeastSquares``.
+        stop: most evaluations of a descent, and the scaled step that is its last.
+    """
 
     search: _Search
     memos: tuple[NDArray, ...]
@@ -160,6 +168,11 @@ class LeastSquares:
 
         Args:
             model: a compiled model; those of the problems may differ from it in their constants.
+            count: how many problems.
+            capacity: most samples of each.
+
+        Raises:
+            TypeError: the model is not compiled.
         """
         search = self._new_search(model)
         if search is None:

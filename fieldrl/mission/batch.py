@@ -1,12 +1,12 @@
 """The steps of many missions as one compiled batch: the numbers of ``FieldSampling``, without its Python.
 
-B missions of one ``Mission`` differ in their truths, noise and actions. Their state is arrays with B in front:
+B missions of one ``Mission`` differ in truths, noise and actions. Their state is arrays with B in front:
 
 | symbol | meaning | shape | unit |
 |---|---|---|---|
 | state, own | true x, y, heading; measured ones and the time | (B, 3), (B, 4) | length, length, rad, time |
 | count | samples so far | (B,) | |
-| positions, times, values | samples, room for N of each | (B, N, 2), (B, N), (B, N) | length, time, field unit |
+| samples | positions, times, values | (B, N, 2), (B, N), (B, N) | length, time, field unit |
 | estimate, previous | of the last fit: theta and total error | (B, p), (B,) | each its own, field unit^2 |
 | theta, drift | the truth: unknowns, flow parameters | (B, p), (B, k) | each its own |
 """
@@ -42,7 +42,8 @@ def serves(environment: FieldSampling) -> bool:
     own = *parts, environment.vehicle.sensor, environment.scenario
     kinds = (Advection,), (Advection,), (Unicycle,), (LeastSquares,), (Sensor,), (Fixed, Drawn)
     built_in = all(type(part) in kind for part, kind in zip(own, kinds, strict=True))
-    several = built_in and environment.estimator.starts > 1  # type: ignore[attr-defined]
+    estimator: Any = environment.estimator
+    several = built_in and estimator.starts > 1
     many = hasattr(environment.reward, "many") and hasattr(environment.observation, "see_many")
     return several and many and environment.sure is None
 
@@ -55,39 +56,40 @@ class Batch:
     """
 
     def __init__(self, environments: Sequence[FieldSampling]) -> None:
-        self.first = first = environments[0]
+        first: Any = environments[0]
+        self.first = first
         self.vehicle, self.steps, self.parameters = first.vehicle, first.steps, first.parameters
         count, steps, p = len(environments), first.steps, len(first.parameters)
-        self.state, self.own, self.seen = (
-            np.empty((count, 3)),
-            np.empty((count, 4)),
-            np.empty((count, first.low.size)),
-        )
+        self.state, self.own = np.empty((count, 3)), np.empty((count, 4))
+        self.seen = np.empty((count, first.low.size))
         self.count = np.zeros(count, dtype=np.int64)
         self.samples = np.zeros((count, steps, 2)), np.zeros((count, steps)), np.zeros((count, steps))
         self.estimate, self.theta = np.empty((2, count, p))
         self.previous, self.drift = np.empty(count), np.empty((count, first.drift.size))
         self.place = np.empty((count, 2))
-        self.constants = np.empty((count, first.water.constants.size))  # type: ignore[attr-defined]
-        self.true_constants = np.empty((count, first.truth.constants.size))  # type: ignore[attr-defined]
+        self.constants = np.empty((count, first.water.constants.size))
+        self.true_constants = np.empty((count, first.truth.constants.size))
         self.draws: list[Any] = [None] * count
-        self.fits = first.estimator.many(first.water, count, steps)  # type: ignore[attr-defined]
+        self.fits = first.estimator.many(first.water, count, steps)
 
-    def load(self, i: int, environment: FieldSampling) -> None:
+    def load(self, i: int, environment: Any) -> None:
         """Take mission ``i`` as it is after a reset."""
         self.state[i], self.own[i], self.count[i] = environment.state, environment.own, 0
         self.estimate[i], self.previous[i] = environment.estimate, environment.previous
         self.theta[i], self.drift[i] = environment.theta, environment.drift
         self.place[i] = environment.place
-        self.constants[i] = environment.water.constants  # type: ignore[attr-defined]
-        self.true_constants[i] = environment.truth.constants  # type: ignore[attr-defined]
+        self.constants[i] = environment.water.constants
+        self.true_constants[i] = environment.truth.constants
         self.draws[i] = environment.np_random.standard_normal
         self.fits.forget(i)
 
     def store(self, i: int, environment: FieldSampling) -> None:
         """Bring an environment to where mission ``i`` is."""
+        if self.draws[i] is None:  # never reset
+            return
         n = int(self.count[i])
-        samples = Samples(*(part[i, :n].copy() for part in self.samples))
+        positions, times, values = (part[i, :n].copy() for part in self.samples)
+        samples = Samples(positions, times, values)
         environment.resume(self.state[i].copy(), samples, self.estimate[i].copy(), float(self.previous[i]))
         environment.own = self.own[i].copy()
 
@@ -104,7 +106,7 @@ class Batch:
             actions: one for each of them, (b,).
 
         Returns:
-            Rewards (B,) and what ``info`` carries, each with B in front; 0 for the missions that are not stepped.
+            Rewards (B,) and what ``info`` carries, each with B in front; 0 for missions that are not stepped.
         """
         told = self._nothing()
         rewards = np.zeros(len(self.count))
@@ -130,13 +132,13 @@ class Batch:
         """Move, and probe the true field; returns the measured states (b, 3)."""
         times = self.count[which] * self.vehicle.time_step
         parts = self.first.truth.flow, self.drift[which], self.first.water.domain
-        state = self.vehicle.step_many(self.state[which], actions, times, *parts)  # type: ignore[attr-defined]
+        state = self.vehicle.step_many(self.state[which], actions, times, *parts)
         self.state[which] = state
         places = which, self.count[which]
         self.count[which] += 1
         times = self.count[which] * self.vehicle.time_step
         measured, noise = self._noise(which, state)
-        kernel = self.first.truth.kernel  # type: ignore[attr-defined]
+        kernel = self.first.truth.kernel
         at = state[:, None, :2].copy(), times[:, None]
         field = predict_many(kernel, self.true_constants[which], self.theta[which], *at)[0][:, 0]
         values = field + noise
@@ -150,7 +152,7 @@ class Batch:
     def _noise(
         self, which: NDArray, state: NDArray
     ) -> tuple[NDArray[np.float64], NDArray[np.float64] | float]:
-        """Measured states (b, 3) and the noise of the samples (b,), drawn as each single mission draws them."""
+        """Measured states (b, 3) and the noise of the samples (b,), drawn as single missions draw them."""
         sensor: Any = self.vehicle.sensor
         vague, loud = any(sensor.covariance), bool(sensor.noise)
         size = 3 * vague + loud
@@ -176,7 +178,7 @@ class Batch:
         self.estimate[which] = theta[:, 0]
         slopes = self._slopes(which, n)
         outcomes = Outcomes(self.steps, n, e_f + e_cv, self.previous[which], slopes)
-        rewards[which] = self.first.reward.many(outcomes)  # type: ignore[attr-defined]
+        rewards[which] = self.first.reward.many(outcomes)
         self.previous[which] = outcomes.e_total
         self.seen[which] = self._seen(which, n, slopes)
         told["e_f"][which], told["e_cv"][which], told["e_total"][which] = e_f, e_cv, outcomes.e_total
@@ -185,7 +187,7 @@ class Batch:
 
     def _slopes(self, which: NDArray, n: int) -> NDArray[np.float64]:
         """Derivatives of all predictions by the unknowns in half-widths, (b, n, p) [field unit]."""
-        kernel, where = self.first.water.kernel, (part[which, :n] for part in self.samples[:2])  # type: ignore[attr-defined]
+        kernel, where = self.first.water.kernel, (part[which, :n] for part in self.samples[:2])
         jacobian = predict_many(kernel, self.constants[which], self.estimate[which], *where)[1]
         return jacobian * self.parameters.half_width
 
@@ -199,7 +201,7 @@ class Batch:
         known = KnownMany(
             self.parameters, self.samples[2][which, n - 1], slopes, theta, plumes, self.vehicle.sensor.noise
         )
-        seen = observation.see_many(self.own[which], known)  # type: ignore[attr-defined]
+        seen = observation.see_many(self.own[which], known)
         return np.minimum(np.maximum(seen, self.first.low), self.first.high)
 
 
@@ -208,6 +210,6 @@ def _errors(residuals: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArra
 
     A fold's left-out residual is taken from where it lies in memory: the order of summation depends on it.
     """
-    b, folds, n = residuals.shape
+    b, _, n = residuals.shape
     full, left_out = residuals[:, 0], residuals[:, 1:].reshape(b, -1)[:, :: n + 1]
     return np.vecdot(full, full) / n, np.vecdot(left_out, left_out) / n

@@ -19,10 +19,10 @@ _MODES = tuple(mode.value for mode in AutoresetMode)
 class FieldSamplingVector(SyncVectorEnv):
     """B environments of one mission: what Gymnasium's SyncVectorEnv gives, bit for bit, but quicker.
 
-    A step is one compiled batch for ``pde=advection`` with ``estimator=least_squares`` (from two starts on), the
-    unicycle, ``scenario`` fixed or drawn, ``reward`` total_error or information_gain (or one of your own with
-    ``many``), ``observation`` paper or informed (or one with ``see_many``), and no ``stop``. Everything else, and
-    what has been changed by ``set_attr``, is stepped one environment after the other.
+    A step is one compiled batch for ``pde=advection`` with ``estimator=least_squares`` (from two starts on),
+    the unicycle, ``scenario`` fixed or drawn, ``reward`` total_error or information_gain (or one of your own
+    with ``many``), ``observation`` paper or informed (or one with ``see_many``), and no ``stop``. Everything
+    else, and what has been changed by ``set_attr``, is stepped one environment after the other.
 
     Seed s means s + i for environment i. A ``reset`` is done by the environments themselves, and so are
     pictures; with ``render_mode="human"`` the first environment is shown.

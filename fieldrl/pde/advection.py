@@ -231,7 +231,7 @@ def _advect_feature(theta, positions, times, constants, gaussian, prediction, ja
 
 @loop
 def _at_one_sample(theta, positions, times, feature, gaussian, prediction, jacobian):
-    """``_advect_feature`` for n = 1: arrays that are flat, so that LLVM takes several candidates at a time."""
+    """``_advect_feature`` for n = 1: flat arrays, so that LLVM takes several candidates at a time."""
     b, values, slopes = theta.reshape(-1), prediction.reshape(-1), jacobian.reshape(-1)
     x, y, t = positions[0, 0], positions[0, 1], times[0]
     for m in range(values.size):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from fieldrl.core.compiled import inlined, loop
+from fieldrl.core.compiled import loop
 from fieldrl.estimator.descent.coarse_search import (
     insert,
     is_minimum,
@@ -65,7 +65,7 @@ def global_fit(model, samples, tikhonov, weights, search, starts, stop, u, loss,
     found = lowest_minima(_grid_losses(total, grid, n, tikhonov), neighbours, lowest)
     minima, work = _minima(starts, n, p), workspace(n, p)
     loss[0], gap[0], _, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work, p
+        model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work
     )
     u[0], residuals[0] = minima[0][0], minima[1][0]
     return evaluations + len(grid)
@@ -92,23 +92,8 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     Returns:
         Evaluations used, one for each candidate at n samples.
     """
-    centre, scale, neighbours = model[2], model[3], search[2]
-    if u.shape[1] == 2 and centre.size == 2 and scale.size == 2 and neighbours.shape[1] == 4:
-        return _global_fits(
-            model, samples, tikhonov, weights, search, memo, starts, stop, u, loss, residuals, gap, 2
-        )  # the compiler unrolls loops whose length it knows
-    return _global_fits(
-        model, samples, tikhonov, weights, search, memo, starts, stop, u, loss, residuals, gap, u.shape[1]
-    )
-
-
-@inlined
-def _global_fits(
-    model, samples, tikhonov, weights, search, memo, starts, stop, u, loss, residuals, gap, p
-):
-    """``global_fits`` of p unknowns."""
     grid, theta, neighbours, cell = search
-    n, few = samples[1].size, samples[1].size < _FEW
+    n, p, few = samples[1].size, grid.shape[1], samples[1].size < _FEW
     refresh(model, theta, samples, memo)
     squared, total, largest = memo[1], memo[2][n - 1], memo[3][n - 1]
     if few:
@@ -117,7 +102,7 @@ def _global_fits(
     found = lowest_minima(_grid_losses(total, grid, n, tikhonov), neighbours, lowest)
     minima, work = _minima(starts, n, p), workspace(n, p)
     loss[0], gap[0], count, evaluations = _full_fit(
-        model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work, p
+        model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work
     )
     u[0], residuals[0] = minima[0][0], minima[1][0]
     expansion = expand(model, samples, minima, count, work)
@@ -136,8 +121,8 @@ def _global_fits(
 
 @njit(cache=True, error_model="numpy")
 def many_fits(
-    kernel, constants, box, samples, which, tikhonov, weights, search, memos, starts, stop, u, loss, residuals, gap,
-    evaluations,
+    kernel, constants, box, samples, which, tikhonov, weights, search, memos, starts, stop,
+    u, loss, residuals, gap, evaluations,
 ):  # fmt: skip
     """``global_fits`` of many problems that have n samples each, one after the other.
 
@@ -181,15 +166,15 @@ def _grid_losses(total, grid, n, tikhonov):
     return losses
 
 
-@inlined
+@njit(cache=True, error_model="numpy")
 def _minima(starts, n, p):
     """Room for distinct minima: u, residuals and Jacobian."""
     room = starts + 3
     return np.empty((room, p)), np.empty((room, n)), np.empty((room, n, p))
 
 
-@inlined
-def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, stop, work, p):
+@njit(cache=True, error_model="numpy")
+def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, stop, work):
     """Descend from the chosen grid points, and beside the best minimum if that is poorly determined;
     keep the distinct minima with their residuals and Jacobians, the best one first.
 
@@ -197,7 +182,7 @@ def _full_fit(model, samples, weights, tikhonov, grid, lowest, cell, minima, sto
         Least loss, its gap, number of distinct minima, evaluations.
     """
     places, residuals, jacobians = minima
-    count, best, least, evaluations = 0, 0, np.inf, 0
+    p, count, best, least, evaluations = grid.shape[1], 0, 0, np.inf, 0
     beside, weakest, width, closest = np.empty((2, p)), np.empty(p), 0.0, np.inf
     for start in range(len(lowest) + 2):
         if start < len(lowest):

@@ -13,8 +13,9 @@ derivatives follow by taking that sample's terms away, at the cost of (p, p) and
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
-from fieldrl.core.compiled import inlined, loop
+from fieldrl.core.compiled import loop
 from fieldrl.estimator.descent.levenberg_marquardt import copy_point, descend, minimise, shifted
 from fieldrl.estimator.descent.normal_equations import copy, spread
 
@@ -23,7 +24,7 @@ _NEAR, FAR = 1e-6, 1e-3  # first damping from a known minimum, from a grid point
 _DETERMINED = 0.25  # a minimum known to this part of a grid cell has no twin closer than the grid sees
 
 
-@inlined
+@njit(cache=True, error_model="numpy")
 def expand(model, samples, minima, count, work):
     """A, b, q, C and S at the first ``count`` minima."""
     n, p = minima[1].shape[1], minima[0].shape[1]
@@ -54,7 +55,7 @@ def _expand(model, samples, minima, i, work, expansion):
         q[i] += residuals[i, j] ** 2
 
 
-@inlined
+@njit(cache=True, error_model="numpy")
 def fold_scratch(n, p):
     """Scratch of ``fold_fit``: u (p,), residuals (n,), Jacobian (n, p), two directions (p,) and (2, p)."""
     return np.empty(p), np.empty(n), np.empty((n, p)), np.empty(p), np.empty((2, p))

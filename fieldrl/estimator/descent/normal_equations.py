@@ -16,11 +16,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 
-from fieldrl.core.compiled import inlined, loop
+from fieldrl.core.compiled import loop
 
 
-@inlined
+@njit(cache=True, error_model="numpy")
 def workspace(n, p):
     """Scratch arrays of ``minimise`` for n samples and p unknowns.
 
