@@ -169,7 +169,7 @@ def test_bad_input_is_refused_by_name():
 
 
 def test_the_double_gyre_is_a_loop_that_shares_its_solves():
-    small = ["steps=2", "pde.cells=[24,12]", "estimator.budget=6"]
+    small = ["steps=2", "pde.cells=[71,36]", "pde.order=5", "estimator.budget=6"]
     ours = gymnasium.make_vec("fieldrl/DoubleGyre-v0", num_envs=2, overrides=small)
     assert ours.unwrapped.batch is None
     observations, _ = ours.reset(seed=0)
