@@ -14,6 +14,7 @@ for _name, _experiment in (("Advection", "advection"), ("DoubleGyre", "double_gy
     gymnasium.register(
         f"fieldrl/{_name}-v0",
         entry_point="fieldrl.cli.compose:make_environment",
+        vector_entry_point="fieldrl.cli.compose:make_environments",
         kwargs={"experiment": _experiment},
     )
 

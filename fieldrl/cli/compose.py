@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from fieldrl.mission.environment import FieldSampling
+    from fieldrl.mission.vector import FieldSamplingVector
     from fieldrl.runs.job import Job
 
 
@@ -68,6 +69,28 @@ def make_environment(
     from fieldrl.runs.components import mission
 
     return mission(composed([f"experiment={experiment}", *overrides])).environment(render_mode)
+
+
+def make_environments(
+    experiment: str,
+    overrides: Sequence[str] = (),
+    render_mode: str | None = None,
+    num_envs: int = 1,
+    autoreset_mode: str = "NextStep",
+) -> FieldSamplingVector:
+    """What ``gymnasium.make_vec("fieldrl/Advection-v0", num_envs=64)`` builds.
+
+    Args:
+        experiment: an option of the group ``experiment``.
+        overrides: as on the command line.
+        render_mode: "rgb_array", "human" (the first environment is shown) or None.
+        num_envs: how many environments.
+        autoreset_mode: when one that has ended begins anew: "NextStep", "SameStep" or "Disabled".
+    """
+    from fieldrl.runs.components import mission
+
+    config = composed([f"experiment={experiment}", *overrides])
+    return mission(config).environments(num_envs, render_mode, autoreset_mode)
 
 
 def unresolved(overrides: Sequence[str]) -> DictConfig:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
@@ -57,10 +58,35 @@ call_model: Any = intrinsic(_call_model)
 call_flow: Any = intrinsic(_call_flow)
 
 
-def loop(function: Any) -> Any:
-    """Compile a loop that allocates nothing; numba then need not count references to its arrays.
+@njit(cache=True, error_model="numpy")
+def predict_many(kernel, constants, theta, positions, times):
+    """Predictions and derivatives of B models, each at n samples of its own.
 
-    Counting takes longer than the arithmetic where arrays are as small as the unknowns of a fit. An
-    allocation in such a function is refused when it is compiled.
+    Args:
+        kernel: address of their MODEL function.
+        constants: what it needs of each, (B, k).
+        theta: (B, p).
+        positions: (B, n, 2) [length].
+        times: (B, n) [time].
+
+    Returns:
+        (B, n) and (B, n, p).
     """
-    return njit(cache=True, error_model="numpy", _nrt=False)(function)  # pyright: ignore[reportCallIssue]
+    (count, p), n = theta.shape, times.shape[1]
+    prediction, jacobian = np.empty((count, n)), np.empty((count, n, p))
+    for b in range(count):
+        call_model(
+            kernel, theta[b].ctypes, 1, positions[b].ctypes, times[b].ctypes, n, constants[b].ctypes,
+            prediction[b].ctypes, jacobian[b].ctypes,
+        )  # fmt: skip
+    return prediction, jacobian
+
+
+def loop(function: Any) -> Any:
+    """Compile a loop that allocates nothing, into its callers; numba then need not count references.
+
+    Counting, and calling with many arrays, takes longer than the arithmetic where arrays are as small as the
+    unknowns of a fit. An allocation in such a function is refused when it is compiled.
+    """
+    options = {"cache": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
+    return njit(**options)(function)  # pyright: ignore[reportCallIssue]

@@ -31,7 +31,7 @@ class Model(Protocol):
 def sensitivities(
     model: Model, theta: NDArray, positions: NDArray, times: NDArray, noise: float
 ) -> NDArray[np.float64]:
-    """S at one theta (p,): by the model's derivatives or, where it has none, by central differences.
+    """S at one theta (p,), (n, p): ``slopes`` over the noise.
 
     Args:
         model: what predicts.
@@ -39,20 +39,22 @@ def sensitivities(
         positions: (n, 2) [length].
         times: (n,) [time].
         noise: standard deviation of a sample's noise > 0 [field unit].
-
-    Returns:
-        (n, p).
     """
+    return slopes(model, theta, positions, times) / noise
+
+
+def slopes(model: Model, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
+    """Derivatives of the predictions by theta / s, (n, p): by the model's derivatives or, where it has none,
+    by central differences [field unit]."""
     theta, half_width = np.asarray(theta, dtype=float), model.parameters.half_width
     if hasattr(model, "jacobian"):
-        jacobian = model.jacobian(theta[None], positions, times)[0] * half_width  # type: ignore[attr-defined]
-        return jacobian / noise
+        return model.jacobian(theta[None], positions, times)[0] * half_width  # type: ignore[attr-defined]
     low, high = np.asarray(model.parameters.lower), np.asarray(model.parameters.upper)
     step = np.diag(_STEP * half_width)
     ahead, behind = np.minimum(theta + step, high), np.maximum(theta - step, low)
     p = len(theta)
     rows = model.predict(np.concatenate([ahead, behind]), positions, times)
-    return ((rows[:p] - rows[p:]) / (np.diag(ahead - behind) / half_width)[:, None]).T / noise
+    return ((rows[:p] - rows[p:]) / (np.diag(ahead - behind) / half_width)[:, None]).T
 
 
 def fisher(sensitivity: NDArray[np.float64]) -> NDArray[np.float64]:

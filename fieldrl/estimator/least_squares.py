@@ -15,8 +15,8 @@ from fieldrl.core import checks
 from fieldrl.core.cost import DOUBLE, Cost, Extent, solve_seconds
 from fieldrl.core.kinds import component
 from fieldrl.estimator.descent.coarse_search import axis_neighbours, box_grid
-from fieldrl.estimator.descent.global_fit import global_fit, global_fits, local_fits
-from fieldrl.estimator.problem import Compiled, Fit, FitProblem, ForwardModel
+from fieldrl.estimator.descent.global_fit import global_fit, global_fits, local_fits, many_fits
+from fieldrl.estimator.problem import Compiled, Fit, FitProblem, ForwardModel, fold_weights
 
 
 @dataclass
@@ -34,6 +34,55 @@ class _Search:
         """Room for n samples."""
         if n > len(self.memo[0]):
             self.memo = _memo(max(2 * len(self.memo[0]), n, 32), len(self.grid))
+
+
+@dataclass
+class ManyFits:
+    """Compiled fits of many problems that know nothing of each other; see ``LeastSquares.many``.
+
+    Args:
+        search: the coarse grid, which all have in common.
+        memos: labels, squared residuals, running sums and maxima as in ``_Search``, each problem's own.
+        starts: of ``LeastSquares``.
+        tikhonov: of ``LeastSquares``.
+        stop: most evaluations of a descent, and the scaled step that is its last.
+    """
+
+    search: _Search
+    memos: tuple[NDArray, ...]
+    starts: int
+    tikhonov: float
+    stop: tuple[int, float]
+
+    def forget(self, i: int) -> None:
+        """Problem ``i`` begins anew, perhaps with another model."""
+        self.memos[0][i] = np.nan
+
+    def fit(
+        self, constants: NDArray, samples: tuple[NDArray, NDArray, NDArray], which: NDArray, n: int
+    ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """The fits of some problems, the same as ``LeastSquares.fit`` gives one by one.
+
+        Args:
+            constants: of the model in each problem, (B, k).
+            samples: positions (B, capacity, 2), times (B, capacity), values (B, capacity).
+            which: the problems that are fitted, (b,).
+            n: how many samples they have.
+
+        Returns:
+            Parameters (b, n + 1, p), residuals (b, n + 1, n), which converged (b, n + 1), evaluations (b,).
+        """
+        search, weights, b = self.search, fold_weights(n, True), len(which)
+        kernel, _, centre, scale = search.model
+        u, residuals = np.empty((b, n + 1, len(centre))), np.empty((b, n + 1, n))
+        loss, gap = np.empty((2, b, n + 1))
+        evaluations = np.empty(b, dtype=np.int64)
+        grid = search.grid, search.theta, search.neighbours, search.cell
+        many_fits(
+            kernel, constants, (centre, scale), samples, which, self.tikhonov, weights, grid, self.memos,
+            self.starts, self.stop, u, loss, residuals, gap, evaluations,
+        )  # fmt: skip
+        return centre + scale * u, residuals, np.isfinite(gap), evaluations
 
 
 _MOST_POINTS = 20_000  # of the coarse grid, from three parameters on
@@ -113,6 +162,24 @@ class LeastSquares:
         _, _, centre, scale = search.model
         theta, reached = centre + scale * u, np.isfinite(gap)
         return Fit(theta, loss, residuals, evaluations, problem.known, gap=gap, converged=reached)
+
+    def many(self, model: ForwardModel, count: int, capacity: int) -> ManyFits:
+        """What fits ``count`` problems of at most ``capacity`` samples at a time.
+
+        Args:
+            model: a compiled model; those of the problems may differ from it in their constants.
+            count: how many problems.
+            capacity: most samples of each.
+
+        Raises:
+            TypeError: the model is not compiled.
+        """
+        search = self._new_search(model)
+        if search is None:
+            raise TypeError(f"{type(model).__name__} is not compiled")
+        memos = [np.stack([part] * count) for part in _memo(capacity, len(search.grid))]
+        stop = self.iterations, self.tolerance
+        return ManyFits(search, tuple(memos), self.starts, self.tikhonov, stop)
 
     def _points(self, p: int) -> int:
         """Points of the coarse grid along each of p parameters."""

@@ -214,7 +214,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
             self._become(self.scenario.draw(self._configured, self.chance or self.np_random))
         self._begin()
         seen = self._observed(self._measure())
-        self._show()
+        self.show()
         return seen, {}
 
     def step(self, action: np.int64 | int) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
@@ -230,7 +230,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         reward = self._reward(fit, found)
         enough = self.sure is not None and self.sure(self.problem, fit)
         self.over = enough or len(self.samples) == self.steps
-        self._show()
+        self.show()
         return self._observed(measured), reward, self.over, False, self._info(fit, found, value)
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
@@ -243,7 +243,8 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
             self.window.close()
             self.window = None
 
-    def _show(self) -> None:
+    def show(self) -> None:
+        """Show the picture in the window, with ``render_mode="human"``."""
         if self.render_mode == "human":
             self.window = self.window or rendering.Window()
             self.window.show(self._picture())
@@ -260,6 +261,17 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         noise = self.vehicle.sensor.noise or 1.0
         return Situation(*parts, noise, self.own[:3], self.time, self.steps - len(self.samples))
 
+    def within_walls(self, own: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Own states (..., 4) kept within walls, heading limits and the episode's time."""
+        return np.minimum(np.maximum(own, self._low), self._high)
+
+    def resume(
+        self, state: NDArray[np.float64], samples: Samples, estimate: NDArray[np.float64], previous: float
+    ) -> None:
+        """Go on in this episode from where somebody else has brought it, with the last fit's total error."""
+        self.state, self.samples, self.estimate, self.previous = state, samples, estimate, previous
+        self.time, self.over = len(samples) * self.vehicle.time_step, len(samples) == self.steps
+
     def _begin(self) -> None:
         self.state, self.time = self.vehicle.initial(), 0.0
         self.samples, self.previous, self.over = Samples.none(), float("nan"), False
@@ -275,7 +287,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         own[:3], own[3] = measured, self.time
         if self.vehicle.heading_limits is None:
             own[2] = math.remainder(own[2], 2 * math.pi)
-        self.own = np.minimum(np.maximum(own, self._low), self._high)
+        self.own = self.within_walls(own)
         known = Known(self.water, self.samples, self.estimate, self.vehicle.sensor.noise)
         seen = self.observation.see(self.own, known)
         return seen if seen is self.own else np.minimum(np.maximum(seen, self.low), self.high)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from dataclasses import field
 from functools import partial
 from typing import Annotated, Protocol
@@ -16,6 +17,7 @@ from fieldrl.core.kinds import check_part, component
 from fieldrl.estimator.problem import Differentiable, Fit, FitProblem
 from fieldrl.mission import stopping
 from fieldrl.mission.environment import Estimator, FieldSampling, Vehicle, Water
+from fieldrl.mission.vector import FieldSamplingVector
 from fieldrl.mission.world import Model, World, world
 from fieldrl.observation.knowledge import Observation
 from fieldrl.observation.paper import Paper
@@ -176,8 +178,21 @@ class Mission:
 
     def environment(self, render_mode: str | None = None) -> FieldSampling:
         """A new environment of this mission."""
-        parts = self.water, self.vehicle, self.estimator, self.reward, self.steps
+        return self._environment(self.estimator, render_mode)
+
+    def _environment(self, estimator: Estimator, render_mode: str | None) -> FieldSampling:
+        parts = self.water, self.vehicle, estimator, self.reward, self.steps
         return FieldSampling(*parts, self.observation, self.scenario, self._sure(), render_mode)
+
+    def environments(
+        self, count: int, render_mode: str | None = None, autoreset_mode: str = "NextStep"
+    ) -> FieldSamplingVector:
+        """``count`` new environments of this mission as one; each estimator has memos of its own."""
+        checks.integer("num_envs", count, 1)
+        others = None if render_mode == "human" else render_mode  # one window is enough
+        modes = [render_mode] + [others] * (count - 1)
+        makers = [partial(self._environment, deepcopy(self.estimator), mode) for mode in modes]
+        return FieldSamplingVector(makers, autoreset_mode)
 
     def _sure(self) -> Callable[[FitProblem, Fit], bool] | None:
         """Whether a fit tells enough for an episode to end; None where episodes take all their samples."""

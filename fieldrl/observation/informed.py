@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fieldrl.core import information
 from fieldrl.core.kinds import component
-from fieldrl.observation.knowledge import Known
+from fieldrl.observation.knowledge import Known, KnownMany
 from fieldrl.pde.tracer import predicted_place
 
 _SMALLEST = -6.0  # log10 of an uncertainty that is told apart
@@ -48,17 +48,27 @@ class Informed:
 
     def see(self, own: NDArray[np.float64], known: Known) -> NDArray[np.float64]:
         """The observation, (10 + 2 p,)."""
-        parameters, samples = known.model.parameters, known.samples
-        variances, value = np.eye(len(parameters)), 0.0
+        model, samples, half_width = known.model, known.samples, known.model.parameters.half_width
+        slopes, value = np.empty((0, len(half_width))), 0.0
         if len(samples):
-            where = samples.positions, samples.times
-            slopes = information.sensitivities(known.model, known.theta, *where, known.noise or 1.0)
-            variances, value = np.linalg.inv(information.fisher(slopes)), samples.values[-1]
-        plume = predicted_place(known.model, known.theta, own[3]) - own[:2]
-        bearing = math.remainder(math.atan2(plume[1], plume[0]) - own[2], 2 * math.pi)
-        deviations = np.sqrt(np.diag(variances))
-        uncertainty = max(0.5 * math.log10(np.trace(variances) / len(parameters)), _SMALLEST)
-        estimate = (known.theta - parameters.centre) / parameters.half_width
-        told = np.column_stack([estimate, deviations]).ravel()
-        seen = [value, uncertainty, *plume, math.hypot(*plume), bearing]
-        return np.concatenate([own, seen, told])
+            slopes = information.slopes(model, known.theta, samples.positions, samples.times)
+            value = samples.values[-1]
+        plume = predicted_place(model, known.theta, own[3])
+        parts = np.array([value]), slopes[None], known.theta[None], plume[None]
+        return self.see_many(own[None], KnownMany(model.parameters, *parts, known.noise))[0]
+
+    def see_many(self, own: NDArray[np.float64], known: KnownMany) -> NDArray[np.float64]:
+        """The observations of many missions, (B, 10 + 2 p)."""
+        parameters, p = known.parameters, len(known.parameters)
+        variances = np.linalg.inv(information.fisher(known.slopes / (known.noise or 1.0)))
+        traces = np.trace(variances, axis1=-2, axis2=-1)
+        uncertainties = [max(0.5 * math.log10(trace / p), _SMALLEST) for trace in traces.tolist()]
+        plumes = known.plumes - own[:, :2]
+        seen = np.empty((len(own), 10 + 2 * p))
+        seen[:, :4], seen[:, 4], seen[:, 5], seen[:, 6:8] = own, known.values, uncertainties, plumes
+        seen[:, 8] = [math.hypot(x, y) for x, y in plumes.tolist()]
+        ways = zip(plumes.tolist(), own[:, 2].tolist(), strict=True)
+        seen[:, 9] = [math.remainder(math.atan2(y, x) - heading, 2 * math.pi) for (x, y), heading in ways]
+        seen[:, 10::2] = (known.theta - parameters.centre) / parameters.half_width
+        seen[:, 11::2] = np.sqrt(np.diagonal(variances, axis1=-2, axis2=-1))
+        return seen

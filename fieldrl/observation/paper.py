@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fieldrl.core.kinds import component
-from fieldrl.observation.knowledge import Known
+from fieldrl.observation.knowledge import Known, KnownMany
 
 
 @component
@@ -23,4 +23,8 @@ class Paper:
 
     def see(self, own: NDArray[np.float64], known: Known) -> NDArray[np.float64]:
         """The same four."""
+        return own
+
+    def see_many(self, own: NDArray[np.float64], known: KnownMany) -> NDArray[np.float64]:
+        """The same four of each, (B, 4)."""
         return own

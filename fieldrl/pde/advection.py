@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -23,8 +23,9 @@ from numba import carray, cfunc, njit  # pyright: ignore[reportPrivateImportUsag
 from numpy.typing import NDArray
 
 from fieldrl.core import checks
-from fieldrl.core.compiled import MODEL
+from fieldrl.core.compiled import MODEL, loop
 from fieldrl.core.domain import Domain, Grid
+from fieldrl.core.exponential import exponential, exponentials
 from fieldrl.core.kinds import OR_NULL, component
 from fieldrl.core.parameters import Parameters
 from fieldrl.pde import advection_unknowns
@@ -125,7 +126,7 @@ class Advection:
     def constants(self) -> NDArray[np.float64]:
         """Feature, source and quadrature, as the compiled function reads them."""
         source = np.zeros(6) if self.source is None else self.source.constants
-        nodes, weights = np.polynomial.legendre.leggauss(self.quadrature)
+        nodes, weights = _quadrature(self.quadrature)
         rest = [self.quadrature], nodes, weights
         if self.unknown is None:
             return np.concatenate([self.initial.constants, source, *rest])
@@ -179,6 +180,12 @@ class Advection:
         return evaluate(theta, positions, times, self.constants)
 
 
+@lru_cache(maxsize=64)
+def _quadrature(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Nodes and weights of Gauss-Legendre quadrature on (-1, 1), each (count,); finding them takes long."""
+    return np.polynomial.legendre.leggauss(count)
+
+
 def _number(scalar: Scalar) -> int:
     """The number of a scalar in ``advection_unknowns``."""
     if scalar.part == "flow":
@@ -195,34 +202,79 @@ def _evaluate(theta, positions, times, constants):
     return prediction, jacobian
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def _advect(theta, positions, times, constants, prediction, jacobian):
     """Eq. (2) and its gradient for m candidates at n samples, in place, (m, n) and (m, n, 2)."""
-    a, cx, cy, scale, q = constants[0], constants[1], constants[2], constants[3], constants[4]
-    shrink = 1.0 / scale
+    if constants[4] == 2.0:
+        _advect_feature(theta, positions, times, constants, True, prediction, jacobian)
+    else:
+        _advect_feature(theta, positions, times, constants, False, prediction, jacobian)
+    if constants[_SOURCE] != 0.0:
+        _add_source(theta, positions, times, constants, prediction, jacobian)
+
+
+@loop
+def _advect_feature(theta, positions, times, constants, gaussian, prediction, jacobian):
+    """``_advect`` without source; what is ``gaussian`` needs no powers."""
+    feature = constants[0], constants[1], constants[2], 1.0 / constants[3], constants[4]
+    if times.size == 1:
+        _at_one_sample(theta, positions, times, feature, gaussian, prediction, jacobian)
+        return
+    for m in range(theta.shape[0]):
+        bx, by = theta[m, 0], theta[m, 1]
+        for i in range(times.size):
+            x, y, t = positions[i, 0], positions[i, 1], times[i]
+            decay = exponential(_exponent(x, y, t, bx, by, feature, gaussian))
+            found = _feature(x, y, t, bx, by, feature, gaussian, decay)
+            prediction[m, i], jacobian[m, i, 0], jacobian[m, i, 1] = found
+
+
+@loop
+def _at_one_sample(theta, positions, times, feature, gaussian, prediction, jacobian):
+    """``_advect_feature`` for n = 1: flat arrays, so that LLVM takes several candidates at a time."""
+    b, values, slopes = theta.reshape(-1), prediction.reshape(-1), jacobian.reshape(-1)
+    x, y, t = positions[0, 0], positions[0, 1], times[0]
+    for m in range(values.size):
+        values[m] = _exponent(x, y, t, b[2 * m], b[2 * m + 1], feature, gaussian)
+    exponentials(values, values)
+    for m in range(values.size):
+        found = _feature(x, y, t, b[2 * m], b[2 * m + 1], feature, gaussian, values[m])
+        values[m], slopes[2 * m], slopes[2 * m + 1] = found
+
+
+@loop
+def _exponent(x, y, t, bx, by, feature, gaussian):
+    """The exponent of Eq. (26) at (x, y, t)."""
+    _, cx, cy, shrink, q = feature
+    dx, dy = (x - t * bx - cx) * shrink, (y - t * by - cy) * shrink
+    return -(dx * dx + dy * dy) if gaussian else -(abs(dx) ** q + abs(dy) ** q)
+
+
+@loop
+def _feature(x, y, t, bx, by, feature, gaussian, decay):
+    """Eq. (26) and its derivatives by b, where the exponential in it is ``decay``."""
+    a, cx, cy, shrink, q = feature
+    dx, dy = (x - t * bx - cx) * shrink, (y - t * by - cy) * shrink
+    h = a * decay
+    slope_x, slope_y = (2.0 * dx, 2.0 * dy) if gaussian else (_slope(dx, q), _slope(dy, q))
+    return h, t * shrink * slope_x * h, t * shrink * slope_y * h
+
+
+@njit(cache=True, error_model="numpy")
+def _add_source(theta, positions, times, constants, prediction, jacobian):
+    """Duhamel's integral and its derivatives, added in place."""
     for m in range(theta.shape[0]):
         bx, by = theta[m, 0], theta[m, 1]
         for i in range(times.size):
             t = times[i]
             x, y = positions[i, 0] - t * bx, positions[i, 1] - t * by
-            dx, dy = (x - cx) * shrink, (y - cy) * shrink
-            if q == 2.0:
-                h = a * math.exp(-(dx * dx + dy * dy))
-                slope_x, slope_y = 2.0 * dx, 2.0 * dy
-            else:
-                h = a * math.exp(-(abs(dx) ** q + abs(dy) ** q))
-                slope_x, slope_y = _slope(dx, q), _slope(dy, q)
-            prediction[m, i] = h
-            jacobian[m, i, 0] = t * shrink * slope_x * h
-            jacobian[m, i, 1] = t * shrink * slope_y * h
-            if constants[_SOURCE] != 0.0:
-                f, fx, fy = _duhamel(x, y, t, bx, by, constants)
-                prediction[m, i] += f
-                jacobian[m, i, 0] += fx
-                jacobian[m, i, 1] += fy
+            f, fx, fy = _duhamel(x, y, t, bx, by, constants)
+            prediction[m, i] += f
+            jacobian[m, i, 0] += fx
+            jacobian[m, i, 1] += fy
 
 
-@njit(cache=True, error_model="numpy")
+@loop
 def _slope(d, q):
     """Derivative of |d|^q; 0 at the crease of q = 1."""
     return q * np.sign(d) * abs(d) ** (q - 1.0)

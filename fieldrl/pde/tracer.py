@@ -37,6 +37,21 @@ def predicted_place(model: Any, theta: NDArray[np.float64], time: float) -> NDAr
     return carried(model.flow, own, model.initial.centre, time)
 
 
+def carried_many(
+    flow: Any, thetas: NDArray[np.float64], places: NDArray[np.float64], time: float
+) -> NDArray[np.float64]:
+    """``carried`` for B places (B, 2), each with flow parameters of its own, (B, p): (B, 2) [length]."""
+    flow, found = adapted(flow), np.array(places, dtype=float)
+    _carry_all(flow.kernel, flow.constants, np.ascontiguousarray(thetas), found, float(time), _SUBSTEPS)
+    return found
+
+
+@njit(cache=True)
+def _carry_all(kernel, constants, thetas, places, time, substeps):
+    for b in range(len(places)):
+        _carried(kernel, constants, thetas[b], places[b], time, substeps)
+
+
 @njit(cache=True)
 def _carried(kernel, constants, theta, place, time, substeps):
     k = np.empty((4, 2))

@@ -6,10 +6,11 @@ import math
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fieldrl.core import checks, information
 from fieldrl.core.kinds import component
-from fieldrl.reward.outcome import Outcome, sensitivities
+from fieldrl.reward.outcome import Outcome, Outcomes, sensitivities
 
 
 @component
@@ -37,6 +38,16 @@ class InformationGain:
 
     def __call__(self, outcome: Outcome) -> float:
         """The reward of the newest sample; raises TypeError for a model without derivatives."""
-        scaled = sensitivities(outcome, self.noise)
-        newest = scaled[-1]
-        return math.log1p(float(newest @ np.linalg.solve(information.fisher(scaled[:-1]), newest)))
+        return float(_gains(sensitivities(outcome, self.noise)[None])[0])
+
+    def many(self, outcomes: Outcomes) -> NDArray[np.float64]:
+        """The same of many missions, (B,)."""
+        return _gains(outcomes.slopes / self.noise)
+
+
+def _gains(scaled: NDArray[np.float64]) -> NDArray[np.float64]:
+    """What the last of S (B, n, p) adds to log det F, (B,)."""
+    newest = scaled[:, -1]
+    known = information.fisher(scaled[:, :-1])
+    gains = np.vecdot(newest, np.linalg.solve(known, newest[..., None])[..., 0])
+    return np.array([math.log1p(gain) for gain in gains.tolist()])

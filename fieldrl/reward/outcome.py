@@ -31,8 +31,27 @@ class Outcome(NamedTuple):
     previous_theta: NDArray[np.float64]
 
 
+class Outcomes(NamedTuple):
+    """``Outcome`` of B missions that have n samples each, as a reward with a method ``many`` wants it.
+
+    Args:
+        steps: N, samples of an episode.
+        n: samples so far.
+        e_total: total errors after the newest sample, (B,) [field unit^2].
+        previous: total errors before it; NaN at the first, (B,) [field unit^2].
+        slopes: derivatives of all predictions by the unknowns in half-widths, at the estimate, (B, n, p)
+            [field unit].
+    """
+
+    steps: int
+    n: int
+    e_total: NDArray[np.float64]
+    previous: NDArray[np.float64]
+    slopes: NDArray[np.float64]
+
+
 class Reward(Protocol):
-    """What a sample is worth."""
+    """What a sample is worth. With a method ``many`` of ``Outcomes`` it serves compiled batches as well."""
 
     def __call__(self, outcome: Outcome) -> float: ...
 

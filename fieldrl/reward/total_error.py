@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
 from fieldrl.core import checks
 from fieldrl.core.kinds import component
-from fieldrl.reward.outcome import Outcome
+from fieldrl.reward.outcome import Outcome, Outcomes
 
 _STEEPEST, _FARTHEST = 4.0, 1e15  # of an exponent, and of what is raised to it: nothing overflows
 
@@ -47,11 +52,35 @@ class TotalError:
 
     def __call__(self, outcome: Outcome) -> float:
         """The reward of the newest sample."""
-        n, error = len(outcome.problem.samples), max(outcome.e_total, self.floor)
-        if n == outcome.steps:
-            return self.terminal / error
-        c2 = 1.0 - min(error / self.scale, _FARTHEST) ** self.exponent
-        if n < self.early:
-            return c2
-        c1 = 1.0 if math.isnan(outcome.previous) else max(outcome.previous, self.floor) / error
-        return c1 * math.copysign(abs(c2) ** self.power, c2)
+        n = len(outcome.problem.samples)
+        return _reward(n, outcome.steps, outcome.e_total, outcome.previous, self._settings)
+
+    def many(self, outcomes: Outcomes) -> NDArray[np.float64]:
+        """The same of many missions, (B,)."""
+        return _rewards(outcomes.n, outcomes.steps, outcomes.e_total, outcomes.previous, self._settings)
+
+    @cached_property
+    def _settings(self) -> tuple[float, float, float, float, int, float]:
+        settings = self.terminal, self.scale, self.exponent, self.power
+        return *map(float, settings), self.early, float(self.floor)  # type: ignore[return-value]
+
+
+@njit(cache=True)
+def _reward(n, steps, e_total, previous, settings):
+    terminal, scale, exponent, power, early, floor = settings
+    error = max(e_total, floor)
+    if n == steps:
+        return terminal / error
+    c2 = 1.0 - min(error / scale, _FARTHEST) ** exponent
+    if n < early:
+        return c2
+    c1 = 1.0 if math.isnan(previous) else max(previous, floor) / error
+    return c1 * math.copysign(abs(c2) ** power, c2)
+
+
+@njit(cache=True)
+def _rewards(n, steps, e_total, previous, settings):
+    found = np.empty(e_total.size)
+    for b in range(e_total.size):
+        found[b] = _reward(n, steps, e_total[b], previous[b], settings)
+    return found

@@ -79,6 +79,34 @@ def advance(
 
 
 @njit(cache=True)
+def advance_many(
+    states, controls, times, duration, substeps, kernel, thetas, constants, walls, rectangles, circles
+):
+    """``advance`` for vehicles that know nothing of each other: states (B, 3), in place.
+
+    A row of ``controls`` (B, 4) is speed, rate, low, high; times (B,) and thetas (B, p) are each one's own.
+    """
+    for b in range(states.shape[0]):
+        speed, rate, low, high = controls[b]
+        states[b] = advance(
+            states[b],
+            speed,
+            rate,
+            low,
+            high,
+            times[b],
+            duration,
+            substeps,
+            kernel,
+            thetas[b],
+            constants,
+            walls,
+            rectangles,
+            circles,
+        )
+
+
+@njit(cache=True)
 def follow(
     state,
     plans,

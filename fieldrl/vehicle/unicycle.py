@@ -23,7 +23,7 @@ from fieldrl.core.cost import Cost, Extent
 from fieldrl.core.domain import Circle, Domain, Rectangle
 from fieldrl.core.flow_adapter import adapted
 from fieldrl.core.kinds import component
-from fieldrl.vehicle.motion import advance, follow
+from fieldrl.vehicle.motion import advance, advance_many, follow
 from fieldrl.vehicle.sensor import Sensor
 
 ACTION_NAMES = (
@@ -167,6 +167,37 @@ class Unicycle:
         )
         if self.heading_limits is None and abs(after[2]) > math.pi:
             after[2] = math.remainder(after[2], 2 * math.pi)
+        return after
+
+    def step_many(
+        self,
+        states: NDArray[np.float64],
+        actions: NDArray[np.int64],
+        times: NDArray[np.float64],
+        flow: Flow,
+        thetas: NDArray[np.float64],
+        domain: Domain,
+    ) -> NDArray[np.float64]:
+        """``step`` of B vehicles, each in a water of its own: the same numbers.
+
+        Args:
+            states: states in the water, (B, 3) [length, length, rad].
+            actions: indices into ``actions``, (B,).
+            times: when each step begins, (B,) [time].
+            flow: the flow, of any class.
+            thetas: its parameters in each water, (B, p).
+            domain: walls and obstacles.
+
+        Returns:
+            New states, (B, 3) [length, length, rad].
+        """
+        own, after = adapted(flow), np.array(states, dtype=np.float64)
+        span, water = (self.time_step, self.substeps), (own.kernel, thetas, own.constants)
+        controls = np.array(self._controls)[actions]
+        advance_many(after, controls, times, *span, *water, *_obstructions(domain))
+        if self.heading_limits is None:
+            for i in np.flatnonzero(np.abs(after[:, 2]) > math.pi):
+                after[i, 2] = math.remainder(after[i, 2], 2 * math.pi)
         return after
 
     def paths(

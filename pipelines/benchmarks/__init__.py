@@ -3,6 +3,7 @@
 - ``botorch_fit``: BoTorch's composite expected improvement on a fit problem: a benchmark extra
 - ``converged_folds``: converged fits of every fold, to judge estimators by
 - ``cross_validation``: e_cv of the second experiment against converged refits of every fold
+- ``environment_speed``: steps a second: one environment, Gymnasium's loop over many, and many at once
 - ``estimates``: how well memory and time of a run are estimated
 - ``fit_speed``: how fast the first experiment is: the fits against SciPy, and where a run's time goes
 - ``fits``: how many solves a fit takes: every estimator for dear models on the same random fit problems

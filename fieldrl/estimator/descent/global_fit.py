@@ -120,6 +120,42 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
 
 
 @njit(cache=True, error_model="numpy")
+def many_fits(
+    kernel, constants, box, samples, which, tikhonov, weights, search, memos, starts, stop,
+    u, loss, residuals, gap, evaluations,
+):  # fmt: skip
+    """``global_fits`` of many problems that have n samples each, one after the other.
+
+    Args:
+        kernel: address of the model's compiled function.
+        constants: what it needs in each problem, (B, k).
+        box: theta0 (p,), s (p,).
+        samples: positions (B, capacity, 2), times (B, capacity), values (B, capacity).
+        which: the problems that are fitted, (b,), of all B.
+        tikhonov: tau.
+        weights: of the samples in each fold, (n + 1, n).
+        search: as in ``global_fits``.
+        memos: of each problem, with B in front.
+        starts: as in ``global_fits``.
+        stop: as in ``global_fits``.
+        u: minimisers, (b, n + 1, p).
+        loss: (b, n + 1).
+        residuals: (b, n + 1, n).
+        gap: (b, n + 1).
+        evaluations: used, (b,).
+    """
+    n = weights.shape[1]
+    for b in range(which.size):
+        i = which[b]
+        model = kernel, constants[i], box[0], box[1]
+        taken = samples[0][i, :n], samples[1][i, :n], samples[2][i, :n]
+        memo = memos[0][i], memos[1][i], memos[2][i], memos[3][i]
+        evaluations[b] = global_fits(
+            model, taken, tikhonov, weights, search, memo, starts, stop, u[b], loss[b], residuals[b], gap[b]
+        )
+
+
+@njit(cache=True, error_model="numpy")
 def _grid_losses(total, grid, n, tikhonov):
     """The penalised loss of fold 0 on the grid, (G,)."""
     losses, share = np.empty(total.size), 1.0 / max(n, 1)
