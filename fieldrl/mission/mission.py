@@ -168,6 +168,11 @@ class Mission:
                 "time",
                 "fewer steps, a shorter vehicle.time_step or a later pde.final_time",
             )
+        if hasattr(self.water, "check_times"):
+            try:
+                self.water.check_times(self.vehicle.time_step * np.arange(1, self.steps + 1))
+            except checks.InvalidValue as error:
+                raise error.within("water") from None
 
     @property
     def duration(self) -> float:

@@ -23,7 +23,7 @@ from threadpoolctl import threadpool_limits
 from fieldrl.core.streams import stream
 from fieldrl.pde.reduced_order import kernel, modes, splines
 from fieldrl.pde.reduced_order.nodes import Nodes
-from fieldrl.pde.reduced_order.packing import Decomposed, with_memo
+from fieldrl.pde.reduced_order.packing import Decomposed
 
 Solve = Callable[[NDArray[np.float64]], NDArray[np.float32]]
 """u (p,) -> X (k, cells)."""
@@ -92,18 +92,18 @@ def on_grid(values: NDArray[np.float64], nodes: Nodes) -> NDArray[np.float64]:
 
 
 def errors(
-    kept: NDArray[np.float64], solve: Solve, count: int, parameters: Any, seed: int = 0
+    constants: NDArray[np.float64], solve: Solve, count: int, parameters: Any, seed: int = 0
 ) -> NDArray[np.float64]:
     """Root mean square over the cells of prediction - fresh solve, at each time, (count, k) [field unit].
 
     Args:
-        kept: the model, see ``packing.packed``.
+        constants: the model, see ``packing``.
         solve: a full solve.
         count: how many, drawn uniformly within the bounds.
         parameters: the unknowns.
         seed: of the draw.
     """
-    constants, u = with_memo(kept), stream(seed, "held out").uniform(-1, 1, (count, len(parameters)))
+    u = stream(seed, "held out").uniform(-1, 1, (count, len(parameters)))
 
     def one(at: NDArray[np.float64]) -> NDArray[np.float64]:
         theta, exact = parameters.centre + parameters.half_width * at, solve(at)
