@@ -91,6 +91,11 @@ def on_grid(values: NDArray[np.float64], nodes: Nodes) -> NDArray[np.float64]:
     return np.moveaxis(np.reshape(lines, (*others, len(target), values.shape[1])), -2, nodes.along)
 
 
+def fresh(count: int, p: int, seed: int) -> NDArray[np.float64]:
+    """Scaled unknowns of solves to compare with, uniform within the bounds, (count, p)."""
+    return stream(seed, "held out").uniform(-1, 1, (count, p))
+
+
 def errors(
     constants: NDArray[np.float64], solve: Solve, count: int, parameters: Any, seed: int = 0
 ) -> NDArray[np.float64]:
@@ -103,7 +108,7 @@ def errors(
         parameters: the unknowns.
         seed: of the draw.
     """
-    u = stream(seed, "held out").uniform(-1, 1, (count, len(parameters)))
+    u = fresh(count, len(parameters), seed)
 
     def one(at: NDArray[np.float64]) -> NDArray[np.float64]:
         theta, exact = parameters.centre + parameters.half_width * at, solve(at)

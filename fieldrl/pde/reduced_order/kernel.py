@@ -70,9 +70,7 @@ def state(theta, which, constants):
     of_spline = _single(constants, int(constants[at + 3]), rank * size)
     weights, field = np.empty(rank), np.zeros(cells)
     for r in range(rank):
-        weights[r], _ = _row(
-            of_spline, r * size + base, scratch[2], scratch[3], theta.size - 1, scratch[0], scratch[1]
-        )
+        weights[r], _, _ = _sums(of_spline, r * size + base, scratch[2], scratch[3], 0, scratch[0], scratch[1])
     for cell in range(cells):
         for r in range(rank):
             field[cell] += weights[r] * modes[cell * rank + r]
@@ -84,19 +82,19 @@ def _predict(theta, positions, times, constants, prediction, jacobian):
     """As ``evaluate``, in place; as many samples at a time as the memo surely holds."""
     n, chunk = times.size, SLOTS // 2
     tables = np.empty(min(n, chunk), dtype=np.int64)
-    scratch, singles = _scratch(theta.shape[1]), constants.view(np.float32)
+    scratch = _scratch(theta.shape[1])
     for begin in range(0, n, chunk):
         end = min(n, begin + chunk)
         constants[CALLS] += 1.0
         for j in range(begin, end):
-            tables[j - begin] = 2 * _table(positions[j, 0], positions[j, 1], times[j], constants)
+            tables[j - begin] = _table(positions[j, 0], positions[j, 1], times[j], constants)
         leading = 0
         for i in range(theta.shape[0]):
             if i == 0 or _differs(theta, i):
                 leading = _lead(theta, i, constants, scratch)
             base = leading + _last(theta, i, constants, scratch)
             for j in range(begin, end):
-                _spline(singles, tables[j - begin] + base, scratch, prediction, jacobian, i, j)
+                _spline(constants, tables[j - begin] + base, scratch, prediction, jacobian, i, j)
 
 
 @njit(cache=True, error_model="numpy")
@@ -123,13 +121,18 @@ def _lead(theta, i, constants, scratch):
     last, base = theta.shape[1] - 1, 0
     for k in range(last):
         base += _basis(theta[i, k], constants, k, values, slopes) * _stride(constants, k)
-    for row in range(places.size):
-        for along in range(last + 1):  # products with the derivative along an axis, then without
-            rest, places[row], products[along, row] = row, 0, 1.0
-            for k in range(last - 1, -1, -1):
-                rest, b = rest // WIDTH, rest % WIDTH
-                places[row] += b * _stride(constants, k)
-                products[along, row] *= slopes[k, b] if k == along else values[k, b]
+    places[0], products[:, 0], rows = 0, 1.0, 1
+    for k in range(last):  # each row becomes WIDTH rows, from the last one on
+        stride = _stride(constants, k)
+        for row in range(rows - 1, -1, -1):
+            for b in range(WIDTH - 1, -1, -1):
+                places[row * WIDTH + b] = places[row] + b * stride
+            for along in range(last + 1):  # products with the derivative along an axis, then without
+                product = products[along, row]
+                for b in range(WIDTH):
+                    factor = slopes[k, b] if k == along else values[k, b]
+                    products[along, row * WIDTH + b] = product * factor
+        rows *= WIDTH
     return base
 
 
@@ -146,24 +149,23 @@ def _stride(constants, k):
 
 
 @loop
-def _basis(value, constants, k, values, slopes):
+def _basis(theta, constants, k, values, slopes):
     """B-splines of axis k and their derivatives, in place; returns the number of the first."""
     at = int(constants[AXES_AT]) + AXIS * k
     scale, breaks = constants[at + 6], int(constants[at + 3])
-    u = (value - constants[at + 5]) / scale
+    u = (theta - constants[at + 5]) / scale
     guess = min(max(int((u + 1.0) * (BINS // 2)), 0), BINS - 1)
     piece = int(constants[int(constants[at + 7]) + guess])
     while piece + 1 < constants[at + 2] and constants[breaks + piece + 1] <= u:
         piece += 1
-    s, first = u - constants[breaks + piece], int(constants[at + 4]) + WIDTH * WIDTH * piece
-    for b in range(WIDTH):
-        values[k, b], slopes[k, b] = constants[first + WIDTH * (WIDTH - 1) + b], 0.0
-    for power in range(WIDTH - 2, -1, -1):
-        for b in range(WIDTH):
-            slopes[k, b] = slopes[k, b] * s + values[k, b]
-            values[k, b] = values[k, b] * s + constants[first + WIDTH * power + b]
-    for b in range(WIDTH):
-        slopes[k, b] /= scale
+    s, first = u - constants[breaks + piece], np.uint64(int(constants[at + 4]) + WIDTH * WIDTH * piece)
+    for b in range(WIDTH):  # Horner's scheme; unsigned: never from the end
+        value, slope, place = 0.0, 0.0, first + np.uint64(WIDTH * (WIDTH - 1) + b)
+        for _ in range(WIDTH):
+            slope = slope * s + value
+            value = value * s + constants[place]
+            place -= np.uint64(WIDTH)
+        values[k, b], slopes[k, b] = value, slope / scale
     return piece
 
 
@@ -172,32 +174,34 @@ def _spline(table, base, scratch, prediction, jacobian, i, j):
     """The tensor spline whose coefficients begin at ``base``, and its derivatives, in place."""
     values, slopes, places, products = scratch
     last = values.shape[0] - 1
-    prediction[i, j], jacobian[i, j, last] = _row(table, base, places, products, last, values, slopes)
-    for k in range(last):
-        jacobian[i, j, k], _ = _row(table, base, places, products, k, values, slopes)
+    prediction[i, j], jacobian[i, j, last], slope = _sums(table, base, places, products, 0, values, slopes)
+    if last > 0:
+        jacobian[i, j, 0] = slope
+    for k in range(1, last):
+        _, _, jacobian[i, j, k] = _sums(table, base, places, products, k, values, slopes)
 
 
 @loop
-def _row(table, base, places, products, along, values, slopes):
-    """Sums over rows, then over the last axis by values and by slopes."""
+def _sums(table, base, places, products, along, values, slopes):
+    """The spline, its derivatives along the last axis and along another: sums over rows, then over the last axis."""
+    plain, derived, v, d = products[-1], products[along], values[-1], slopes[-1]
     s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    t0, t1, t2, t3, t4, t5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for row in range(places.size):
-        at, weight = base + places[row], products[along, row]
-        s0 += weight * table[at]
-        s1 += weight * table[at + 1]
-        s2 += weight * table[at + 2]
-        s3 += weight * table[at + 3]
-        s4 += weight * table[at + 4]
-        s5 += weight * table[at + 5]
-    v, d = values[-1], slopes[-1]
+        at, a, b = np.uint64(base + places[row]), plain[row], derived[row]  # unsigned: never from the end
+        c0, c1, c2 = table[at], table[at + np.uint64(1)], table[at + np.uint64(2)]
+        c3, c4, c5 = table[at + np.uint64(3)], table[at + np.uint64(4)], table[at + np.uint64(5)]
+        s0, s1, s2, s3, s4, s5 = s0 + a * c0, s1 + a * c1, s2 + a * c2, s3 + a * c3, s4 + a * c4, s5 + a * c5
+        t0, t1, t2, t3, t4, t5 = t0 + b * c0, t1 + b * c1, t2 + b * c2, t3 + b * c3, t4 + b * c4, t5 + b * c5
     value = s0 * v[0] + s1 * v[1] + s2 * v[2] + s3 * v[3] + s4 * v[4] + s5 * v[5]
-    return value, s0 * d[0] + s1 * d[1] + s2 * d[2] + s3 * d[3] + s4 * d[4] + s5 * d[5]
+    slope = s0 * d[0] + s1 * d[1] + s2 * d[2] + s3 * d[3] + s4 * d[4] + s5 * d[5]
+    return value, slope, t0 * v[0] + t1 * v[1] + t2 * v[2] + t3 * v[3] + t4 * v[4] + t5 * v[5]
 
 
 @njit(cache=True, error_model="numpy")
 def _table(x, y, t, constants):
     """Where the table of a sample is; made where the memo does not hold it."""
-    labels, size = int(constants[LABELS_AT]), (int(constants[TABLE]) + 1) // 2
+    labels, size = int(constants[LABELS_AT]), int(constants[TABLE])
     first, free = int(abs(7919.0 * x + 104729.0 * y + 1299709.0 * t)) % SLOTS, -1
     for probe in range(SLOTS):
         slot = (first + probe) % SLOTS
@@ -211,7 +215,7 @@ def _table(x, y, t, constants):
             break
     at, table = labels + LABEL * free, int(constants[TABLES_AT]) + size * free
     constants[at], constants[at + 1], constants[at + 2], constants[at + 3] = x, y, t, constants[CALLS]
-    _tabulate(x, y, t, constants, _single(constants, table, int(constants[TABLE])))
+    _tabulate(x, y, t, constants, constants[table : table + size])
     return table
 
 
@@ -229,18 +233,17 @@ def _tabulate(x, y, t, constants, table):
     _sample(x, y, constants, modes, rank, here)
     of_spline = _single(constants, int(constants[at + 3]), rank * size)
     for r in range(0, rank, BLOCK):
-        _add(of_spline, r * size, here[r], here[r + 1], here[r + 2], here[r + 3], total)
+        _add(of_spline[r * size : (r + BLOCK) * size].reshape(BLOCK, size), here[r : r + BLOCK], total)
     table[:] = total
 
 
-@loop
-def _add(of_spline, begin, a, b, c, d, total):
-    """Four modes' part of a table."""
-    second, third, fourth = begin + total.size, begin + 2 * total.size, begin + 3 * total.size
+@njit(cache=True, error_model="numpy")
+def _add(of_spline, here, total):
+    """BLOCK modes' part of a table; rows of their own, so that the loop becomes vector instructions."""
+    first, second, third, fourth = of_spline[0], of_spline[1], of_spline[2], of_spline[3]
+    a, b, c, d = here[0], here[1], here[2], here[3]
     for g in range(total.size):
-        total[g] += (
-            a * of_spline[begin + g] + b * of_spline[second + g] + c * of_spline[third + g] + d * of_spline[fourth + g]
-        )
+        total[g] += a * first[g] + b * second[g] + c * third[g] + d * fourth[g]
 
 
 @njit(cache=True, error_model="numpy")
@@ -261,8 +264,9 @@ def _sample(x, y, constants, modes, rank, here):
     for i in range(REACH):
         for j in range(REACH):
             weight, first = np.float32(across[i] * along[j]), (columns[i] * ny + rows[j]) * rank
+            there = modes[first : first + rank]
             for r in range(rank):
-                here[r] += weight * modes[first + r]
+                here[r] += weight * there[r]
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,7 +1,7 @@
 """A reduced model as one array of numbers, which its compiled functions read.
 
 The head says where everything else is; modes and coefficients are in single precision, two to a number.
-The last part is a memo, see ``kernel``; it is not kept on disk, and its tables are in single precision, too.
+The last part is a memo, see ``kernel``; it is not kept on disk.
 
 | part | what | size |
 |---|---|---|
@@ -68,7 +68,7 @@ def packed(
     head[: TABLE + 1] = len(axes), len(times), nx, ny, x0, (x1 - x0) / nx, y0, (y1 - y0) / ny, np.prod(shape)
     head[AXES_AT : TIMES_AT + 1] = HEAD, HEAD + AXIS * len(axes)
     head[LABELS_AT : TABLES_AT + 1] = tail.size, tail.size + LABEL * SLOTS
-    head[SIZE] = tail.size + (LABEL + halved(int(np.prod(shape)))) * SLOTS
+    head[SIZE] = tail.size + (LABEL + np.prod(shape)) * SLOTS
     return np.concatenate([head, np.ravel(of_axes), np.ravel(of_times), *tail.parts])
 
 
@@ -78,11 +78,6 @@ def with_memo(kept: NDArray[np.float64]) -> NDArray[np.float64]:
     constants[: len(kept)] = kept
     constants[len(kept) : int(kept[TABLES_AT])] = np.nan
     return constants
-
-
-def halved(count: int) -> int:
-    """Numbers that hold so many in single precision."""
-    return (count + 1) // 2
 
 
 class _Tail:
