@@ -168,9 +168,10 @@ class Mission:
                 "time",
                 "fewer steps, a shorter vehicle.time_step or a later pde.final_time",
             )
-        if hasattr(self.water, "check_times"):
+        check_times = getattr(self.water, "check_times", None)
+        if check_times is not None:
             try:
-                self.water.check_times(self.vehicle.time_step * np.arange(1, self.steps + 1))
+                check_times(self.vehicle.time_step * np.arange(1, self.steps + 1))
             except checks.InvalidValue as error:
                 raise error.within("water") from None
 

@@ -43,7 +43,7 @@ class Building(UserWarning):
 
 
 class Reduced(NamedTuple):
-    """What its compiled functions read, and its errors at fresh solves and all times, (solves, k) [field unit]."""
+    """What its compiled functions read; its errors at fresh solves, all times, (solves, k) [field unit]."""
 
     constants: NDArray[np.float64]
     errors: NDArray[np.float64]
@@ -64,7 +64,7 @@ class ReducedAdvectionDiffusion(AdvectionDiffusion):
         noise: standard deviation of the sensor's noise, which the error is compared with [field unit].
         share: an error above this share of the noise is refused. The error is the root mean square over the
             domain, at the time and the fresh solve where it is largest.
-        reduced_truth: whether the true field is of a reduced model, too, on its own grid; else of full solves.
+        reduced_truth: whether the true field is of a reduced model, too, on its grid; else of full solves.
         reduced_models: where models and the solves of one that is being built are kept.
     """
 
@@ -137,11 +137,13 @@ class ReducedAdvectionDiffusion(AdvectionDiffusion):
         return build.errors(self.constants, solve, solves, self.parameters, seed)
 
     def with_truth(self, true: NDArray[np.float64]) -> ReducedAdvectionDiffusion:
-        """The same model with other true values (p,), within the bounds: nothing that was checked is again."""
+        """The same model with other true values (p,), within the bounds: nothing is checked again."""
         found, values = copy.copy(self), [float(value) for value in true]
         if self.unknown:
             about = zip(self.parameters.names, values, strict=True)
-            object.__setattr__(found, "unknown", {name: {**self.unknown[name], "true": one} for name, one in about})
+            object.__setattr__(
+                found, "unknown", {name: {**self.unknown[name], "true": one} for name, one in about}
+            )
         else:
             object.__setattr__(found, "true", tuple(values))
         vars(found).pop("_unknowns", None)
@@ -161,7 +163,9 @@ class ReducedAdvectionDiffusion(AdvectionDiffusion):
         """Raises InvalidValue where a time (n,) is none of a solve's snapshots."""
         _, between = self._nearest(np.asarray(times, dtype=float))
         if between.any():
-            rule = f"a reduced model predicts at these intervals only, not at {np.asarray(times)[between][0]:g}"
+            rule = (
+                f"a reduced model predicts at these intervals only, not at {np.asarray(times)[between][0]:g}"
+            )
             raise checks.InvalidValue("interval", self.interval, rule, "time", "another interval")
 
     def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
@@ -276,13 +280,16 @@ class ReducedAdvectionDiffusion(AdvectionDiffusion):
     def _judge(self, found: Reduced) -> None:
         worst = float(found.errors.max())
         if worst > self.share * self.noise:
-            rule = f"the reduced model errs by {worst:.2g}, more than share={self.share:g} of the noise {self.noise:g}"
+            above = f"more than share={self.share:g} of the noise {self.noise:g}"
+            rule = f"the reduced model errs by {worst:.2g}, {above}"
             remedy = "more nodes, narrower bounds, or a larger pde.share"
             raise checks.InvalidValue("nodes", list(self.nodes), rule, remedy=remedy)
 
     def _keeping(self) -> AdvectionDiffusion:
         """The full model, which keeps its solves until the build is done."""
-        return replace(self.full(), solutions=replace(self.reduced_models, memory=0.0, directory=self._folder))
+        return replace(
+            self.full(), solutions=replace(self.reduced_models, memory=0.0, directory=self._folder)
+        )
 
     def _coarse(self) -> AdvectionDiffusion:
         """The full model on half the cells each way, for the pilot."""

@@ -1,4 +1,4 @@
-"""Models that take long before they can predict are made ready before a run begins, by one process at a time."""
+"""Models that take long before they predict are made ready before a run, by one process at a time."""
 
 from __future__ import annotations
 

@@ -1,15 +1,16 @@
-"""The reduced-order model of the double gyre: how far it is from full solves, how fast it is, what it estimates.
+"""The reduced-order model of the double gyre beside full solves: its error, its speed, its estimates.
 
     python -m pipelines.benchmarks.reduced_model                   1,000 held-out solves, 60 missions
     python -m pipelines.benchmarks.reduced_model --held-out 100 --missions 10
     python -m pipelines.benchmarks.reduced_model --small           seconds, on a coarse grid
 
-1. Root mean square over the domain of prediction - full solve, at solves that neither its nodes nor its own check
-   has seen.
+1. Root mean square over the domain of prediction - full solve, at solves that neither its nodes nor its own
+   check has seen.
 2. Steps a second of the environment, the paper's settings, in turns: the experiment as it is, and with the
    reduced model; both with one truth, and with another in every episode (``scenario=drawn``).
-3. The same missions (random walks, noise, true fields of full solves on the finer grid) fitted both ways, from
-   nothing: composite on full solves, least squares on the reduced model. Half have the experiment's truth.
+3. The same missions (random walks, noise, true fields of full solves on the finer grid) fitted both ways,
+   from nothing: composite on full solves, least squares on the reduced model. Half have the experiment's
+   truth.
 
 The model is taken from outputs/reduced_models/, or built. Writes outputs/reduced_model.json.
 
@@ -58,12 +59,22 @@ class Fitted(NamedTuple):
 def held_out(model: Any, count: int) -> NDArray[np.float64]:
     """Errors of a reduced model at fresh solves and all times, (count, k) [field unit]; prints the table."""
     found = model.compare(count, SEED)
-    rows = [_quantiles(f"time {time:g}", column) for time, column in zip(model.snapshot_times, found.T, strict=True)]
+    rows = [
+        _quantiles(f"time {time:g}", column)
+        for time, column in zip(model.snapshot_times, found.T, strict=True)
+    ]
     rows += [
         _quantiles("the worst time", found.max(axis=1)),
         _quantiles("all times", np.sqrt(np.mean(found**2, axis=1))),
     ]
-    columns = ("error over the domain, rms", "median", "95 %", "99 %", "largest", "above a tenth of the noise")
+    columns = (
+        "error over the domain, rms",
+        "median",
+        "95 %",
+        "99 %",
+        "largest",
+        "above a tenth of the noise",
+    )
     report.show(f"Reduced model beside {count} full solves, in units of the noise", columns, rows)
     return found
 
@@ -133,13 +144,22 @@ def estimates(small: Sequence[str], reduced: Sequence[str], missions: int) -> di
             found[name].append(fitted(task, path, task.steps))
     names, half_width = tasks["full"].water.parameters.names, tasks["full"].water.parameters.half_width
     rows = [_row(name, fits) for name, fits in found.items()]
-    columns = ("model", *(f"error of {name}" for name in names), "e_total", "solves or evaluations", "seconds a fit")
+    columns = (
+        "model",
+        *(f"error of {name}" for name in names),
+        "e_total",
+        "solves or evaluations",
+        "seconds a fit",
+    )
     report.show(f"{missions} missions, median [quartiles]", columns, rows)
     apart = np.array([one.e_total for one in found["reduced"]]) - [one.e_total for one in found["full"]]
-    print(f"e_total, reduced - full: median {np.median(apart):.2g}, 90 % within {np.quantile(abs(apart), 0.9):.2g}")
+    within = np.quantile(abs(apart), 0.9)
+    print(f"e_total, reduced - full: median {np.median(apart):.2g}, 90 % within {within:.2g}")
     far = np.abs(np.array([one.error for one in found["reduced"]]) - [one.error for one in found["full"]])
     shares = ", ".join(f"{one:.2g}" for one in np.quantile(far / half_width, 0.9, axis=0))
-    print(f"the errors of {', '.join(names)} differ by less than {shares} half-widths in 90 % of the missions")
+    print(
+        f"the errors of {', '.join(names)} differ by less than {shares} half-widths in 90 % of the missions"
+    )
     return found
 
 

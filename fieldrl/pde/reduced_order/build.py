@@ -28,7 +28,8 @@ from fieldrl.pde.reduced_order.packing import Decomposed
 Solve = Callable[[NDArray[np.float64]], NDArray[np.float32]]
 """u (p,) -> X (k, cells)."""
 
-_In, _Out = TypeVar("_In"), TypeVar("_Out")
+_In = TypeVar("_In")
+_Out = TypeVar("_Out")
 
 
 def threads() -> int:
@@ -60,7 +61,11 @@ def solved(solve: Solve, u: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def decomposed(
-    found: NDArray[np.float32], nodes: Nodes, axes: Sequence[splines.Axis], times: Sequence[float], left_out: float
+    found: NDArray[np.float32],
+    nodes: Nodes,
+    axes: Sequence[splines.Axis],
+    times: Sequence[float],
+    left_out: float,
 ) -> list[Decomposed]:
     """Modes and coefficients at each time, of the solves at ``nodes``.
 

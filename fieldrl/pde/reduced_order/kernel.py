@@ -1,8 +1,8 @@
 """The reduced model, compiled: predictions, their derivatives, and whole fields.
 
-A sample's prediction as a function of the unknowns is one tensor spline; its coefficients, a table, follow from
-the modes at the sample's place. Tables are kept for the samples that were asked for last: a memo, which changes
-no result by a bit. Each evaluation then takes 6^p numbers of a table.
+A sample's prediction as a function of the unknowns is one tensor spline; its coefficients, a table, follow
+from the modes at the sample's place. Tables are kept for the samples that were asked for last: a memo, which
+changes no result by a bit. Each evaluation then takes 6^p numbers of a table.
 
 | symbol | meaning | shape |
 |---|---|---|
@@ -33,7 +33,6 @@ from fieldrl.pde.reduced_order.packing import (
     LOW,
     NX,
     NY,
-    P,
     SIZE,
     SLOTS,
     TABLE,
@@ -42,6 +41,7 @@ from fieldrl.pde.reduced_order.packing import (
     TIMES,
     TIMES_AT,
     WIDE,
+    P,
 )
 from fieldrl.pde.reduced_order.splines import WIDTH
 
@@ -51,7 +51,7 @@ _SAME_TIME = 1e-9
 
 @njit(cache=True, error_model="numpy")
 def evaluate(theta, positions, times, constants):
-    """Predictions (m, n) and Jacobian (m, n, p) at theta (m, p); NaN at times that the model does not have."""
+    """Predictions (m, n) and Jacobian (m, n, p) at theta (m, p); NaN at other times than the model's."""
     m, n, p = theta.shape[0], times.size, theta.shape[1]
     prediction, jacobian = np.empty((m, n)), np.empty((m, n, p))
     _predict(theta, positions, times, constants, prediction, jacobian)
@@ -70,7 +70,9 @@ def state(theta, which, constants):
     of_spline = _single(constants, int(constants[at + 3]), rank * size)
     weights, field = np.empty(rank), np.zeros(cells)
     for r in range(rank):
-        weights[r], _, _ = _sums(of_spline, r * size + base, scratch[2], scratch[3], 0, scratch[0], scratch[1])
+        weights[r], _, _ = _sums(
+            of_spline, r * size + base, scratch[2], scratch[3], 0, scratch[0], scratch[1]
+        )
     for cell in range(cells):
         for r in range(rank):
             field[cell] += weights[r] * modes[cell * rank + r]
@@ -108,7 +110,7 @@ def _scratch(p):
 @loop
 def _differs(theta, i):
     """Whether a candidate differs from the one before it in more than the last unknown."""
-    for k in range(theta.shape[1] - 1):
+    for k in range(theta.shape[1] - 1):  # noqa: SIM110 - numba compiles no generator expressions
         if theta[i, k] != theta[i - 1, k]:
             return True
     return False
@@ -116,7 +118,7 @@ def _differs(theta, i):
 
 @loop
 def _lead(theta, i, constants, scratch):
-    """B-splines of all axes but the last, and rows, in place; returns where in a table their first ones are."""
+    """B-splines of all axes but the last, and rows, in place; returns where in a table the first ones are."""
     values, slopes, places, products = scratch
     last, base = theta.shape[1] - 1, 0
     for k in range(last):
@@ -183,7 +185,7 @@ def _spline(table, base, scratch, prediction, jacobian, i, j):
 
 @loop
 def _sums(table, base, places, products, along, values, slopes):
-    """The spline, its derivatives along the last axis and along another: sums over rows, then over the last axis."""
+    """The spline, its derivatives along the last and another axis: sums over rows, then the last axis."""
     plain, derived, v, d = products[-1], products[along], values[-1], slopes[-1]
     s0, s1, s2, s3, s4, s5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     t0, t1, t2, t3, t4, t5 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

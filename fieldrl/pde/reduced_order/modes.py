@@ -17,7 +17,7 @@ _BLOCK = 2048  # cells whose products are summed in double precision at a time
 
 
 def modes(snapshots: NDArray[np.float32], left_out: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A (s, r) and Phi (r, cells), with the least r that leaves out at most ``left_out`` (rms) [field unit]."""
+    """A (s, r) and Phi (r, cells); the least r that leaves out at most ``left_out``, rms [field unit]."""
     gram = np.zeros((len(snapshots),) * 2)
     blocks = range(0, snapshots.shape[1], _BLOCK)
     for begin in blocks:

@@ -22,7 +22,9 @@ from numpy.typing import NDArray
 from fieldrl.pde.reduced_order.splines import Axis
 
 HEAD, AXIS, TIME, LABEL = 20, 8, 4, 4
-P, TIMES, NX, NY, LEFT, WIDE, LOW, HIGH, TABLE, AXES_AT, TIMES_AT, LABELS_AT, TABLES_AT, CALLS, SIZE = range(15)
+P, TIMES, NX, NY, LEFT, WIDE, LOW, HIGH, TABLE, AXES_AT, TIMES_AT, LABELS_AT, TABLES_AT, CALLS, SIZE = range(
+    15
+)
 SLOTS = 4096
 """Samples that the memo holds."""
 BLOCK = 4
@@ -101,7 +103,9 @@ class _Tail:
         """The entry of a time."""
         missing = -len(one.modes) % BLOCK
         fields = np.pad(one.modes, ((0, missing), (0, 0)))
-        of_splines = np.pad(np.moveaxis(one.coefficients, -1, 0).reshape(len(one.modes), -1), ((0, missing), (0, 0)))
+        of_splines = np.pad(
+            np.moveaxis(one.coefficients, -1, 0).reshape(len(one.modes), -1), ((0, missing), (0, 0))
+        )
         return [one.time, len(fields), self.single(fields.T), self.single(of_splines)]
 
     def single(self, values: NDArray) -> int:
