@@ -197,7 +197,8 @@ def main() -> None:
         of_steps = speeds(small, reduced)
         fits = estimates(small, reduced, given.missions)
     content = {
-        "held_out": given.held_out, "seconds": seconds, "processor": own, "errors": found.tolist(), "steps_a_second": of_steps,
+        "held_out": given.held_out, "seconds": seconds, "processor": own, "errors": found.tolist(),
+        "steps_a_second": of_steps,
         "fits": {name: [one._asdict() for one in each] for name, each in fits.items()},
     }  # fmt: skip
     report.write("reduced_model", content)
