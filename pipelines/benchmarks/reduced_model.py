@@ -1,7 +1,7 @@
 """The reduced-order model of the double gyre beside full solves: its error, its speed, its estimates.
 
     python -m pipelines.benchmarks.reduced_model                   1,000 held-out solves, 60 missions
-    python -m pipelines.benchmarks.reduced_model --held-out 100 --missions 10
+    python -m pipelines.benchmarks.reduced_model --held-out 0 --rounds 0 --missions 10    a part; 0: not
     python -m pipelines.benchmarks.reduced_model --small           seconds, on a coarse grid
 
 1. Root mean square over the domain of prediction - full solve, at solves that neither its nodes nor its own
@@ -44,7 +44,6 @@ OWN_TRUTH = (*DRAWN, "pde.reduced_truth=true", "pde.truth_refinement=1")
 SMALL = ("pde.cells=[48,24]",)
 SMALL_MODEL = ("pde.nodes=[12,24]", "pde.share=99", "output_dir=outputs/small")
 SEED = 1  # of the held-out solves; the model's own check has 0
-ROUNDS = 5
 
 
 class Fitted(NamedTuple):
@@ -84,7 +83,7 @@ def _quantiles(label: str, values: NDArray) -> tuple[str, ...]:
     return (label, *(f"{one:.3f}" for one in numbers), f"{100 * np.mean(values > 0.1):.1f} %")
 
 
-def speeds(small: Sequence[str], reduced: Sequence[str]) -> dict[str, list[float]]:
+def speeds(small: Sequence[str], reduced: Sequence[str], rounds: int) -> dict[str, list[float]]:
     """Steps a second of the processor in each round, by configuration; prints medians and ratios."""
     several = {
         "full": (FULL, 1),
@@ -95,14 +94,14 @@ def speeds(small: Sequence[str], reduced: Sequence[str]) -> dict[str, list[float
     }
     made = {name: (_environment((*small, *chosen)), count) for name, (chosen, count) in several.items()}
     found: dict[str, list[float]] = {name: [] for name in made}
-    for number in range(ROUNDS + 1):  # the first compiles and is not counted
+    for number in range(rounds + 1):  # the first compiles and is not counted
         for name, (environment, count) in made.items():
             found[name].append(_speed(environment, count, number))
     found = {name: values[1:] for name, values in found.items()}
     base = np.array(found["full"])
     rows = [(name, report.spread(one), report.spread(np.array(one) / base)) for name, one in found.items()]
     columns = ("environment", "steps a second", "times the first line")
-    report.show(f"Median [quartiles] of {ROUNDS} rounds in turns, seconds of the processor", columns, rows)
+    report.show(f"Median [quartiles] of {rounds} rounds in turns, seconds of the processor", columns, rows)
     return found
 
 
@@ -179,12 +178,13 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--held-out", type=int, default=1000)
+    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--missions", type=int, default=60)
     parser.add_argument("--small", action="store_true")
     given = parser.parse_args()
     small, reduced = ((), REDUCED) if not given.small else (SMALL, (*REDUCED, *SMALL_MODEL))
     if given.small:
-        given.held_out, given.missions = 20, 2
+        given.held_out, given.rounds, given.missions = 20, 2, 2
     warnings.simplefilter("always", Building)
     begun, own = time.perf_counter(), time.process_time()
     model = _task((*small, *reduced)).water
@@ -192,10 +192,10 @@ def main() -> None:
     seconds, own = time.perf_counter() - begun, time.process_time() - own
     size = f"{len(model.constants) * 8 / 1e6:.0f} MB with its memo"
     print(f"ready after {seconds:.1f} s ({own:.1f} s of the processor), {size}")
-    found = held_out(model, given.held_out)
+    found = held_out(model, given.held_out) if given.held_out else np.empty(0)
     with threadpool_limits(1):
-        of_steps = speeds(small, reduced)
-        fits = estimates(small, reduced, given.missions)
+        of_steps = speeds(small, reduced, given.rounds) if given.rounds else {}
+        fits = estimates(small, reduced, given.missions) if given.missions else {}
     content = {
         "held_out": given.held_out, "seconds": seconds, "processor": own, "errors": found.tolist(),
         "steps_a_second": of_steps,
