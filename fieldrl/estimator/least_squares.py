@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fieldrl.core import checks
+from fieldrl.core import checks, kinds
 from fieldrl.core.cost import DOUBLE, Cost, Extent, solve_seconds
 from fieldrl.core.kinds import component
 from fieldrl.estimator.descent.coarse_search import axis_neighbours, box_grid
@@ -125,7 +125,7 @@ class LeastSquares:
     def cost(self, extent: Extent, model: ForwardModel) -> Cost:
         """The coarse grid's squared residuals, and the descents of every fold; solves, for another model."""
         n, grid = extent.steps, float(self._points(extent.parameters)) ** extent.parameters
-        if not isinstance(model, Compiled):
+        if not kinds.fits(model, Compiled):  # isinstance would ask for its constants
             solves = _DESCENT * (self.starts + n / 2) * extent.samples
             return Cost(seconds=solves * solve_seconds(model, n), by=("starts",))
         several = self.starts > 1

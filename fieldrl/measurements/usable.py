@@ -26,6 +26,7 @@ def usable(reading: Reading, model: Any) -> Reading:
 
     Raises:
         Unreadable: too few are left.
+        InvalidValue: a model that predicts at some times only does not at these.
     """
     found = reading.less(reading.samples.times >= 0.0, EARLY)
     horizon = getattr(model, "horizon", np.inf)
@@ -35,6 +36,8 @@ def usable(reading: Reading, model: Any) -> Reading:
         moved = np.abs(np.asarray(model.admissible(positions)) - positions).max(axis=1)
         found = found.less(moved <= _CLOSE * max(1.0, float(np.abs(positions).max())), OUTSIDE)
     _check_count(found, model.parameters, horizon)
+    if hasattr(model, "check_times"):
+        model.check_times(found.samples.times)
     return _told_where(found, model.domain) if hasattr(model, "domain") else found
 
 

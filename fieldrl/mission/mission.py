@@ -170,6 +170,12 @@ class Mission:
                 "time",
                 "fewer steps, a shorter vehicle.time_step or a later pde.final_time",
             )
+        check_times = getattr(self.water, "check_times", None)
+        if check_times is not None:
+            try:
+                check_times(self.vehicle.time_step * np.arange(1, self.steps + 1))
+            except checks.InvalidValue as error:
+                raise error.within("water") from None
 
     @property
     def duration(self) -> float:

@@ -25,6 +25,7 @@ from fieldrl.runs.display import Display
 from fieldrl.runs.folder import Run
 from fieldrl.runs.identity import identity
 from fieldrl.runs.job import Job
+from fieldrl.runs.preparation import prepare
 
 _ARRAYS = 5  # of a number for each sample in each fold, at a time
 
@@ -108,6 +109,7 @@ def _compute(given: EstimateJob, display: Display) -> dict[str, Any]:
     run.tidy()
     display.beginning(run, job.config, 1, 0)
     model = components.model(job.config, job.checkpoints.solves)
+    prepare(model, run.output_dir)
     estimator = components.build(job.config["estimator"], "estimator")
     check_part("estimator", estimator, Estimator)
     loss = components.build(given.loss, "loss")

@@ -12,7 +12,9 @@ from fieldrl.runs import contents
 RESULTS = 3
 """Version of the results: raise it when the same configuration gives other numbers than before."""
 
-WITHOUT_EFFECT = ("output_dir", "force", "parallel", "tracking", "pde.solutions", "estimator.workers")
+WITHOUT_EFFECT = (
+    "output_dir", "force", "parallel", "tracking", "pde.solutions", "pde.reduced_models", "estimator.workers",
+)  # fmt: skip
 """Keys that cannot change a result, and so are no part of a run's identity."""
 
 

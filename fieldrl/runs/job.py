@@ -18,6 +18,7 @@ from fieldrl.runs.checkpoints import Checkpoints
 from fieldrl.runs.display import Display
 from fieldrl.runs.folder import Run
 from fieldrl.runs.identity import identity
+from fieldrl.runs.preparation import prepare
 from fieldrl.runs.replicates import Replicates
 from fieldrl.runs.tracker import Publisher, Tracker
 
@@ -160,6 +161,7 @@ def _compute(
     publisher.send("begin", run=job.told())
     record = None if config["force"] else netcdf.read(run.folder / "record.nc", run.key)
     if record is None:
+        prepare(mission.water, run.output_dir)
         replicates = Replicates(mission, config["seed"], config["replicates"], checkpoints, started)
         record = _record(job, replicates, publisher, display)
         netcdf.write(record, run.folder / "record.nc")

@@ -52,9 +52,15 @@ class Drawn:
             InvalidValue: lower and upper do not fit to the bounds of the water's parameters.
         """
         low, high = self._box(water)
-        changed = _with_truth(water, rng.uniform(low, high))
+        true = rng.uniform(low, high)
+        if self.place is None and hasattr(water, "with_truth"):  # it spares the checks
+            return water.with_truth(true)
+        changed = _with_truth(water, true)
         if self.place is None:
             return replace(water, **changed)
+        if hasattr(water, "prepare"):
+            rule = "would need another model in every episode, which takes long to build"
+            raise checks.InvalidValue("place", self.place, rule, remedy="leave it null, or use a full model")
         low, high = self.place
         centre = rng.uniform(low, high)
         return replace(water, **changed, initial=replace(water.initial, centre=centre.tolist()))

@@ -13,6 +13,7 @@
 - ``oracle``: the double gyre in py-pde, to compare the solver with
 - ``performance_profile``: the share of problems that a method has solved, against the solves it took
 - ``recovery``: whether unknowns are found again: every kind, random truths, in both experiments
+- ``reduced_model``: the reduced-order model of the double gyre beside full solves: error, speed, estimates
 - ``run_cost``: what checkpoints and tracking cost a run
 - ``solver``: how good and how fast the solver is, beside py-pde
 - ``sweep_cost``: what a sweep costs beside its runs

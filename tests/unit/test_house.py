@@ -54,6 +54,7 @@ def test_no_two_files_share_a_name():
 
 COMPOSED = {
     "pde/double_gyre": "fieldrl.pde.advection_diffusion",
+    "pde/reduced_double_gyre": "fieldrl.pde.reduced",
     "agent/informed_sarsa_lambda": "fieldrl.agent.sarsa_lambda",
     "agent/true_online_sarsa_lambda": "fieldrl.agent.sarsa_lambda",
 }

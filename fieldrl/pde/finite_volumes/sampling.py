@@ -28,7 +28,7 @@ def _polynomials() -> NDArray[np.float64]:
     return np.asarray(np.linalg.inv(averages).T, dtype=np.float64)
 
 
-_POLYNOMIALS = _polynomials()
+POLYNOMIALS = _polynomials()
 
 
 def stencil(
@@ -48,7 +48,7 @@ def stencil(
     position = (points - low) * (cells / (high - low))
     nearest = np.clip(np.floor(position).astype(np.int64), 0, cells - 1)
     xi = position - nearest - 0.5
-    weights = xi[:, None] ** np.arange(WIDTH) @ _POLYNOMIALS.T
+    weights = xi[:, None] ** np.arange(WIDTH) @ POLYNOMIALS.T
     indices = (nearest[:, None] + _OFFSETS) % (2 * cells)
     return np.minimum(indices, 2 * cells - 1 - indices), weights
 
