@@ -19,9 +19,10 @@ import pandas as pd
 from fieldrl import __version__
 from fieldrl.runs import atomic
 from fieldrl.runs.identity import RESULTS
+from fieldrl.runs.preparation import prepare
 from pipelines.contest import page
 from pipelines.contest.cases import AGENTS, SCALES, Place, Scale, configuration
-from pipelines.contest.missions import missions
+from pipelines.contest.missions import missions, of
 from pipelines.experiments import Settings, command, fan_out, progress
 
 
@@ -31,8 +32,10 @@ def contest(settings: Settings) -> None:
     cases = [(place, agent) for place in scale.places for agent in AGENTS]
     kept = {case: _file(folder, *case, scale) for case in cases}
     missing = [case for case in cases if not kept[case].exists()]
+    for place in {place: None for place, _ in missing}:
+        prepare(of(place, "random", 1, settings.output_dir).water, Path(settings.output_dir))
     began = time.perf_counter()
-    task = partial(_compute, folder=folder, scale=scale)
+    task = partial(_compute, folder=folder, scale=scale, output_dir=settings.output_dir)
     for done, _ in enumerate(fan_out(task, missing, settings), 1):
         progress(done, len(missing), began, "cases")
     table = pd.concat([pd.read_csv(kept[case]) for case in cases], ignore_index=True)
@@ -48,10 +51,10 @@ def _file(folder: Path, place: Place, agent: str, scale: Scale) -> Path:
     return folder / "parts" / f"{place.experiment}-{agent}-{key}.csv"
 
 
-def _compute(case: tuple[Place, str], folder: Path, scale: Scale) -> None:
+def _compute(case: tuple[Place, str], folder: Path, scale: Scale, output_dir: str) -> None:
     path = _file(folder, *case, scale)
     path.parent.mkdir(parents=True, exist_ok=True)
-    table = missions(*case, scale.episodes, scale.seeds)
+    table = missions(*case, scale.episodes, scale.seeds, output_dir)
     atomic.write(path, partial(table.to_csv, index=False))
 
 

@@ -40,7 +40,20 @@ def _far(start: str) -> Place:
     return Place("search", start, "drawn", (f"vehicle.start={start}",))
 
 
-PLACES = (_near("[20,20]", "[50,50]"), _near("[100,20]", "[60,60]"), _far("[30,150]"), _far("[30,60]"))
+def _gyre(start: str) -> Place:
+    """Truths are of the reduced model that is fitted: thousands of episodes with full solves take hours."""
+    water = ("pde=reduced_double_gyre", "pde.reduced_truth=true", "pde.truth_refinement=1")
+    return Place("double_gyre", start, "[60,40]", (*water, f"vehicle.start={start}", "steps=10"))
+
+
+PLACES = (
+    _near("[20,20]", "[50,50]"),
+    _near("[100,20]", "[60,60]"),
+    _far("[30,150]"),
+    _far("[30,60]"),
+    _gyre("[60,40]"),
+    _gyre("[150,60]"),
+)
 
 
 @dataclass(frozen=True)

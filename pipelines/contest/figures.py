@@ -54,7 +54,7 @@ def by_sample(places: Mapping[str, Mapping[str, NDArray[np.float64]]]) -> Figure
     """The error after each sample, by agent: interquartile mean over missions, and its 95 % interval.
 
     Args:
-        places: for each place by its name, each agent's errors, (seeds, samples) [length/time].
+        places: for each place by its name, each agent's errors, (seeds, samples) [length/time; half-widths where units differ].
     """
     rows = -(-len(places) // 2)
     drawing = style.figure(style.PAGE, 0.4 + 2.2 * rows)
@@ -67,7 +67,7 @@ def by_sample(places: Mapping[str, Mapping[str, NDArray[np.float64]]]) -> Figure
         for agent in (name for name in _COMPARED if name in agents):
             _draw_by_sample(axes, agent, agents[agent])
         style.logarithmic(axes, 3.0)
-        style.label(axes, "Sample", "Error of the flow [length/time]" if axes in grid[:, 0] else "")
+        style.label(axes, "Sample", "Error of the unknowns" if axes in grid[:, 0] else "")
     for axes in grid.flat[len(places) :]:
         axes.set_visible(False)
     style.legend_across(drawing, grid[0, 0])

@@ -11,6 +11,7 @@ import pandas as pd
 from fieldrl.cli.compose import composed
 from fieldrl.core.streams import stream
 from fieldrl.estimator.problem import FitProblem
+from fieldrl.mission import Mission
 from fieldrl.mission.learning import Replicate
 from fieldrl.runs.components import mission
 from fieldrl.uncertainty import assess, noise_of
@@ -25,7 +26,12 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def missions(place: Place, agent: str, episodes: int, seeds: int) -> pd.DataFrame:
+def of(place: Place, agent: str, episodes: int, output_dir: str) -> Mission:
+    """The mission of a case; what its model keeps is kept in ``output_dir``."""
+    return mission(composed((*configuration(place, agent, episodes), f"output_dir={output_dir}")))
+
+
+def missions(place: Place, agent: str, episodes: int, seeds: int, output_dir: str) -> pd.DataFrame:
     """One row for each test mission; seconds are those that the agent decided in.
 
     Besides ``COLUMNS``: error_1, error_2, ..., the parameter error after each sample.
@@ -35,8 +41,9 @@ def missions(place: Place, agent: str, episodes: int, seeds: int) -> pd.DataFram
         agent: option of the group.
         episodes: that it trains, if it learns.
         seeds: how many test missions; mission k has streams of its own, the same for every agent.
+        output_dir: see ``of``.
     """
-    replicate = Replicate(mission(composed(configuration(place, agent, episodes))), TRAINING, 0)
+    replicate = Replicate(of(place, agent, episodes, output_dir), TRAINING, 0)
     began = time.perf_counter()
     if agent in LEARNERS:
         for episode in range(episodes):

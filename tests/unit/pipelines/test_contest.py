@@ -12,14 +12,16 @@ from pipelines.contest.missions import COLUMNS, missions
 
 @pytest.fixture(scope="module")
 def table():
-    parts = [missions(PLACES[2], agent, 1, 3) for agent in ("random", "greedy_information", "oracle")]
+    parts = [
+        missions(PLACES[2], agent, 1, 3, "outputs") for agent in ("random", "greedy_information", "oracle")
+    ]
     return pd.concat(parts, ignore_index=True)
 
 
 def test_agents_meet_the_same_truths_and_another_in_every_mission(table):
     first = table.pivot(index="seed", columns="agent", values="error_1")
     assert first["random"].nunique() == 3
-    again = missions(PLACES[2], "random", 1, 3)
+    again = missions(PLACES[2], "random", 1, 3, "outputs")
     assert again["error_20"].tolist() == table[table["agent"] == "random"]["error_20"].tolist()
 
 
