@@ -1,4 +1,4 @@
-"""Why SARSA(lambda) does not learn from the paper's reward: controls, noise, coverage, what can be won.
+"""Why SARSA(lambda) does not learn from the paper's reward: controls, noise, what can be won.
 
 - ``cases``: what is learned: controls whose answer is known, and the paper's reward
 - ``chain``: a control that is no water: ten states in a row, paid at the end with noise

@@ -8,7 +8,7 @@ and some of the initial design are then run with another seed, 12 replicates eac
 judged as the paper's claims are, corrected for all of them. Agents that act at random, each variation with
 noise of its own, show what trends and scores chance alone gives.
 
-Takes an hour on two cores.
+Takes a quarter of an hour.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from pipelines.paper.rules import Outcome
 
 SIZES = {
     "paper": {
-        "trials": 60, "initial": 20, "batch": 4, "replicates": 3, "chance": 8,
-        "best": 3, "others": 2, "judging": 12,
+        "trials": 32, "initial": 20, "batch": 4, "replicates": 3, "chance": 6,
+        "best": 2, "others": 1, "judging": 12,
     },
     "small": {
         "trials": 3, "initial": 2, "batch": 2, "replicates": 2, "chance": 1,
