@@ -3,10 +3,10 @@
     python -m pipelines.paper.figure_3_search [scale=small] [output_dir=FOLDER] [jobs=N]
 
 The platform's search (``hydra/sweeper=gp``) maximises the score of figure 3's six trends over the settings
-of ``figure_3_space``, three replicates of five variations at each point. The best points, some that are named
-and some of the initial design are then run with another seed, 12 replicates each, and every comparison is
-judged as the paper's claims are, corrected for all of them. Agents that act at random, each variation with
-noise of its own, show what trends and scores chance alone gives.
+of ``figure_3_space``, two replicates of five variations at each point. The best points and some that are
+named are then run with another seed, 12 replicates each, and every comparison is judged as the paper's claims
+are, corrected for all of them. Agents that act at random, each variation with noise of its own, show what
+trends and scores chance alone gives. More points (``SIZES``) go on from those that are done.
 
 Takes a quarter of an hour.
 """
@@ -38,8 +38,8 @@ from pipelines.paper.rules import Outcome
 
 SIZES = {
     "paper": {
-        "trials": 32, "initial": 20, "batch": 4, "replicates": 3, "chance": 6,
-        "best": 2, "others": 1, "judging": 12,
+        "trials": 28, "initial": 16, "batch": 4, "replicates": 2, "chance": 6,
+        "best": 2, "others": 0, "judging": 12,
     },
     "small": {
         "trials": 3, "initial": 2, "batch": 2, "replicates": 2, "chance": 1,
