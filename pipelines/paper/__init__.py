@@ -17,7 +17,8 @@ alone; ``listing`` has all of them.
 - ``figure_2``: Figure 2: how tile coding represents a state of two variables, drawn from our own tile coder
 - ``figure_3``: Figure 3: total error and return while step size, trace decay and epsilon are varied
 - ``figure_3_drawing``: the search behind figure 3 as a picture
-- ``figure_3_search``: which settings that the paper leaves unsaid reproduce figure 3, beside chance
+- ``figure_3_search``: which settings that the paper leaves unsaid reproduce figure 3: a search
+- ``figure_3_settings``: figure 3's trends at settings that the paper leaves unsaid, beside chance
 - ``figure_3_space``: the settings that are searched, and between which values
 - ``figure_3_trends``: the trends of figure 3, and a score of them
 - ``figure_4``: Figure 4: paths over the feature's level sets, and the estimated feature

@@ -9,7 +9,9 @@ from fieldrl.cli.compose import composed
 from fieldrl.core.streams import stream
 from fieldrl.runs.components import mission
 from fieldrl.sweeps.proposals import propose
+from pipelines.experiments import Settings
 from pipelines.paper import figure_3_search as search
+from pipelines.paper import figure_3_settings as judging
 from pipelines.paper import figure_3_space as space
 from pipelines.paper.figure_3_trends import TRENDS, VARIATIONS, Comparison, score, seeming, trends
 from pipelines.paper.rules import Outcome
@@ -64,9 +66,9 @@ def test_a_margin_is_a_share_of_what_counts(sign, last, margin, seems):
 
 def test_a_trend_is_judged_by_the_worst_of_its_comparisons():
     yes, no, unsure = Outcome.YES, Outcome.NO, Outcome.OPEN
-    assert search.together([yes, yes]) is yes
-    assert search.together([yes, unsure]) is unsure
-    assert search.together([no, unsure, yes]) is no
+    assert judging.together([yes, yes]) is yes
+    assert judging.together([yes, unsure]) is unsure
+    assert judging.together([no, unsure, yes]) is no
 
 
 def test_every_setting_of_the_space_reaches_the_mission():
@@ -90,17 +92,16 @@ def test_the_shipped_point_is_the_shipped_experiment():
     assert replace(point.vehicle, turn=shipped.vehicle.turn) == shipped.vehicle
 
 
-def test_the_best_the_named_and_others_are_judged_once_each():
+def test_the_best_and_the_named_are_judged():
     trials = [(point, loss) for point, loss in zip("abcdef", [3.0, 1.0, None, 2.0, 5.0, 0.5], strict=True)]
-    found = search.chosen(trials, {"best": 2, "others": 2})
-    assert {name: found[name] for name in list(found)[3:]} == {
-        "best 1": "f", "best 2": "b", "other 1": "a", "other 2": "d",
-    }  # fmt: skip
+    found = search.chosen(trials, 2)
+    assert list(found) == [*space.NAMED, "best 1", "best 2"]
+    assert (found["best 1"], found["best 2"]) == ("f", "b")
 
 
 def test_random_agents_of_two_variations_have_noise_of_their_own(tmp_path):
-    settings = search.Settings(scale="small", output_dir=str(tmp_path), jobs=1)
+    settings = Settings(scale="small", output_dir=str(tmp_path), jobs=1)
     point = space.named(space.SHIPPED)
-    values = search.curves_of(search.Task(point, "random", 0, 1), settings)["values"].values
+    values = judging.curves_of(judging.Task(point, "random", 0, 1), settings)["values"].values
     assert values.shape == (len(VARIATIONS), 2, 1, 12)
     assert len({each.tobytes() for each in values}) == len(VARIATIONS)
