@@ -107,7 +107,7 @@ def _learned(axes: Axes, found: Measured) -> None:
     axes.axhline(0, color=style.GREY, lw=0.6)
     axes.set_xscale("log")
     style.label(axes, "signal f (paths / noise)", "nearer than a random agent [length]")
-    style.legend(axes, "lower right")
+    style.legend(axes, "upper left")
 
 
 def _returns(axes: Axes, found: Measured, estimator: str) -> None:

@@ -50,7 +50,7 @@ def tables(found: Measured) -> list[Table]:
         )
         for table, rows in made
     ]
-    return [*told, _variance(found), _best(found), _coverage(found)]
+    return [*told, _values(found), _variance(found), _best(found), _coverage(found)]
 
 
 def _told(judged: Iterable[rules.Judged]) -> list[str]:
@@ -101,6 +101,15 @@ def _eq19(found: Measured, quantity: str, sign: int) -> _Judging:
             rows.append(((f"{estimator}, {_SETTING[setting]}",), findings))
     columns = ("", f"late {quantity}, random → learner", "better", f"{quantity}, early → late", "better")
     return Table(f"The paper's reward: {quantity}", columns, []), rows
+
+
+def _values(found: Measured) -> Table:
+    """Whether two replicates learn the same value function."""
+    names = (next(iter(CONTROLS)), *PAPER)
+    rows = [
+        (name, f"{learners.agreement(found.parts[name, 'learner']['value'].values):.2f}") for name in names
+    ]
+    return Table("Value functions of two replicates", ("paid", "correlation, median"), rows)
 
 
 def _variance(found: Measured) -> Table:

@@ -133,49 +133,49 @@ def together(outcomes: Sequence[Outcome]) -> Outcome:
     return Outcome.YES if all(each is Outcome.YES for each in outcomes) else Outcome.OPEN
 
 
-def curves_of(task: Task, settings: Settings) -> xr.Dataset:
-    """Return and e_total of a point's variations, (variation, 2, replicate, episode)."""
-    found = [
-        [_replicate(task, changes, settings, number, at) for number in range(task.replicates)]
-        for at, changes in enumerate(VARIATIONS.values())
-    ]
-    values = np.array(found).swapaxes(1, 2)
-    return xr.Dataset({"values": (("variation", "quantity", "replicate", "episode"), values)})
+def run(tasks: Mapping[Any, Task], settings: Settings) -> dict[Any, Curves]:
+    """Curves by name, computed where they are missing; a point where learning diverges has none."""
+    parts = [(task, variation) for task in tasks.values() for variation in VARIATIONS]
+    for _ in experiments.fan_out(partial(_kept, settings=settings), parts, settings):
+        pass
+    found = {
+        name: {variation: _kept((task, variation), settings) for variation in VARIATIONS}
+        for name, task in tasks.items()
+    }
+    return {name: curves for name, curves in found.items() if all(each.size for each in curves.values())}
 
 
-def _replicate(
-    task: Task, changes: tuple[str, ...], settings: Settings, number: int, at: int
-) -> tuple[NDArray, NDArray]:
-    """Return and e_total of every episode, (2, episodes); random agents have a seed for each variation."""
+def curves_of(task: Task, variation: str, settings: Settings) -> NDArray[np.float64]:
+    """Return and e_total of every episode in a variation, (2, replicates, episodes)."""
     size = () if settings.scale == "paper" else SCALES[settings.scale]["advection"]
-    one = mission(composed(["experiment=advection", *size, *overrides(task.point), *changes]))
-    random = task.agent == "random"
-    one = replace(one, agent=Random()) if random else one
-    run = Replicate(one, task.seed + (_CHANCE + 10 * at if random else 0), number)
-    for episode in range(one.episodes):
+    one = mission(composed(["experiment=advection", *size, *overrides(task.point), *VARIATIONS[variation]]))
+    seed = task.seed
+    if task.agent == "random":
+        one, seed = replace(one, agent=Random()), seed + _CHANCE + 10 * list(VARIATIONS).index(variation)
+    found = [_learned(Replicate(one, seed, number)) for number in range(task.replicates)]
+    return np.array(found).swapaxes(0, 1)
+
+
+def _learned(run: Replicate) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return and e_total of a replicate's episodes, (episodes,) each."""
+    for episode in range(run.mission.episodes):
         run.learn(episode)
     return run.learning.values["reward"].sum(axis=1), run.learning.values["e_total"][:, -1]
 
 
-def run(tasks: Mapping[Any, Task], settings: Settings) -> dict[Any, Curves]:
-    """Curves by name, computed where they are missing; a point whose settings are refused has none."""
-    for _ in experiments.fan_out(partial(_kept, settings=settings), list(tasks.values()), settings):
-        pass
-    found = {name: _kept(task, settings)["values"].values for name, task in tasks.items()}
-    return {name: dict(zip(VARIATIONS, values, strict=True)) for name, values in found.items() if values.size}
+def _kept(part: tuple[Task, str], settings: Settings) -> NDArray[np.float64]:
+    task, variation = part
+    parts = [_VERSION, settings.scale, *overrides(task.point), *task[1:], variation]
+    return experiments.kept(settings, "figure_3", parts, partial(_tolerant, *part, settings))["values"].values
 
 
-def _kept(task: Task, settings: Settings) -> xr.Dataset:
-    parts = [_VERSION, settings.scale, *overrides(task.point), *task[1:]]
-    return experiments.kept(settings, "figure_3", parts, partial(_tolerant, task, settings))
-
-
-def _tolerant(task: Task, settings: Settings) -> xr.Dataset:
+def _tolerant(task: Task, variation: str, settings: Settings) -> xr.Dataset:
     """Nothing where learning diverges."""
     try:
-        return curves_of(task, settings)
+        values = curves_of(task, variation, settings)
     except LearningDiverged:
-        return xr.Dataset({"values": (("variation",), np.empty(0))})
+        values = np.empty((2, 0, 0))
+    return xr.Dataset({"values": (("quantity", "replicate", "episode"), values)})
 
 
 def show(judged: Sequence[Judged]) -> None:

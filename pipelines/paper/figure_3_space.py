@@ -37,9 +37,9 @@ SHIPPED = {
 """What ``experiment=advection`` has."""
 
 NAMED = {
-    "shipped: global fits": SHIPPED,
-    "one start": SHIPPED | {"starts": "1"},
     "one start, values from 200": SHIPPED | {"starts": "1", "initial value": "200"},
+    "one start": SHIPPED | {"starts": "1"},
+    "shipped: global fits": SHIPPED,
 }
 """Settings that are looked at whatever the search finds."""
 

@@ -1,4 +1,4 @@
-"""The diagnosis and the search behind figure 3, small: tables, pictures, numbers; a second time is a look-up."""
+"""The diagnosis and the search behind figure 3, small: tables, pictures, numbers; then a look-up."""
 
 from __future__ import annotations
 
