@@ -2,7 +2,7 @@
 
     python -m pipelines.paper.figure_3_settings [scale=small] [output_dir=FOLDER] [jobs=N]
 
-The settings of ``figure_3_space.NAMED``: as shipped, one start for each fit, values that begin at 200. Twelve
+The settings of ``figure_3_space.NAMED``: one start for each fit, values that begin at 200 or at 0. Twelve
 replicates of each variation, paired by their noise, with a seed that no search has seen; every comparison is
 judged as the paper's claims are, corrected for all of them. "By chance": trends that seem to hold with agents
 that act at random, six replicates, each variation with noise of its own.
