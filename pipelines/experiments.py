@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import xarray as xr
 
@@ -49,6 +49,8 @@ SCALES = {
 """What a scale adds to each experiment: the paper's size with many replicates, and seconds for CI."""
 
 _HEAVIEST = "double_gyre"
+
+Name = TypeVar("Name")
 
 
 @dataclass(frozen=True)
@@ -140,11 +142,11 @@ class Found:
         return {"key": f"{self.wanted.experiment}-{self.key}", "command": self.wanted.command}
 
 
-def find(plan: Mapping[str, Wanted], settings: Settings) -> dict[str, Found]:
+def find(plan: Mapping[Name, Wanted], settings: Settings) -> dict[Name, Found]:
     """The records of declared runs, computed first where they are missing.
 
     Args:
-        plan: runs by name, without what the scale adds.
+        plan: runs by name, of any kind, without what the scale adds.
         settings: scale, place and workers.
     """
     scaled = {name: wanted.at(settings) for name, wanted in plan.items()}
@@ -219,7 +221,7 @@ def _warm(missing: Sequence[Wanted]) -> None:
         run_replicate(replace(mission(_configuration(small)), episodes=1, steps=2), 0, 0)
 
 
-def fan_out(task: Callable[[Any], None], plan: Sequence[Any], settings: Settings) -> Iterable[None]:
+def fan_out(task: Callable[[Any], Any], plan: Sequence[Any], settings: Settings) -> Iterable[Any]:
     """Do the task for every part of a plan, in this process where there is one worker; yields as they end."""
     workers = min(settings.workers, len(plan))
     if workers <= 1:

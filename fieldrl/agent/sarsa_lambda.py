@@ -68,6 +68,8 @@ class SarsaLambda:
         tile_coding: the features.
         step_size_schedule: how the step size changes with the episodes, or None.
         exploration_schedule: how epsilon does, or None.
+        initial_value: of every action before anything is learned; more than any policy returns is optimistic
+            (Sutton & Barto 2018, section 2.6): the agent tries everything.
     """
 
     step_size: float = 0.9
@@ -78,6 +80,7 @@ class SarsaLambda:
     tile_coding: TileCoding = field(default_factory=TileCoding)
     step_size_schedule: Schedule | None = None
     exploration_schedule: Schedule | None = None
+    initial_value: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0 < checks.number("step_size", self.step_size) <= 1:
@@ -115,7 +118,7 @@ class SarsaLambda:
         except checks.InvalidValue as error:
             raise error.within("tile_coding") from None
         return {
-            "weights": np.zeros(table),
+            "weights": np.full(table, self.initial_value / self.tile_coding.tilings),
             "traces": np.zeros(table),
             "eligible": np.zeros(math.prod(table), dtype=np.int64),
             "eligible_count": np.zeros(1, dtype=np.int64),

@@ -54,7 +54,8 @@ def by_sample(places: Mapping[str, Mapping[str, NDArray[np.float64]]]) -> Figure
     """The error after each sample, by agent: interquartile mean over missions, and its 95 % interval.
 
     Args:
-        places: for each place by its name, each agent's errors, (seeds, samples) [length/time; half-widths where units differ].
+        places: for each place by its name, each agent's errors, (seeds, samples) [length/time; half-widths
+            of the bounds where units differ].
     """
     rows = -(-len(places) // 2)
     drawing = style.figure(style.PAGE, 0.4 + 2.2 * rows)

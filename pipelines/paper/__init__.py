@@ -16,6 +16,11 @@ alone; ``listing`` has all of them.
 - ``evidence``: what replicates say of a median: sign tests, intervals, detectable effects
 - ``figure_2``: Figure 2: how tile coding represents a state of two variables, drawn from our own tile coder
 - ``figure_3``: Figure 3: total error and return while step size, trace decay and epsilon are varied
+- ``figure_3_drawing``: the search behind figure 3 as a picture
+- ``figure_3_search``: which settings that the paper leaves unsaid reproduce figure 3: a search
+- ``figure_3_settings``: figure 3's trends at settings that the paper leaves unsaid, beside chance
+- ``figure_3_space``: the settings that are searched, and between which values
+- ``figure_3_trends``: the trends of figure 3, and a score of them
 - ``figure_4``: Figure 4: paths over the feature's level sets, and the estimated feature
 - ``figure_5``: Figure 5: the feature spreads under the double gyre, with streamlines, at several times
 - ``figure_6``: Figure 6: paths under the double gyre in several episodes

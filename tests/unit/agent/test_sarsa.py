@@ -51,6 +51,27 @@ def test_a_new_agent_tries_every_action_alike_even_when_greedy():
     assert chosen(agent, begun(agent), greedy=True) == pytest.approx(np.full(7, 1000), abs=120)
 
 
+def test_an_initial_value_is_that_of_every_action_everywhere():
+    agent = SarsaLambda(initial_value=200.0)
+    state = begun(agent)
+    for place in (HERE, THERE):
+        values = state["weights"][:, agent.tile_coding.active(place, state["coder"])].sum(axis=1)
+        assert values == pytest.approx(np.full(7, 200.0))
+    assert np.array_equal(begun(SarsaLambda())["weights"], np.zeros((7, 512)))
+
+
+@pytest.mark.parametrize(("initial_value", "tried"), [(0.0, 1), (200.0, 7)])
+def test_hope_makes_an_agent_try_every_action_where_returns_are_positive(initial_value, tried):
+    agent = SarsaLambda(initial_value=initial_value, exploration=0.0)
+    state, rng, actions = agent.begin(LOW, HIGH, 7), stream(0, "test"), set()
+    for _ in range(20):
+        state = agent.begin_episode(state)
+        action = agent.act(state, HERE, rng)
+        actions.add(action)
+        state = agent.learn(state, HERE, action, 60.0, HERE, 0, True)
+    assert len(actions) == tried
+
+
 def test_greedy_never_explores():
     agent = SarsaLambda(exploration=1)
     state = begun(agent)
