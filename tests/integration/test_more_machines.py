@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -53,7 +54,10 @@ def address(tmp_path) -> Iterator[str]:
     end = time.monotonic() + 60
     while not file.exists() and time.monotonic() < end:
         time.sleep(0.1)
-    yield json.loads(file.read_text())["address"]
+    found = json.loads(file.read_text())["address"]
+    with import_module("distributed").Client(found) as client:
+        client.wait_for_workers(2, timeout=60)
+    yield found
     for process in reversed(processes):
         process.terminate()
         process.wait(timeout=60)

@@ -82,12 +82,12 @@ def test_without_workers_everything_is_done_here_in_order(tmp_path):
 
 
 def test_an_interrupt_while_a_worker_is_started_leaves_none_behind(monkeypatch):
-    begun = []
+    begun, before = [], set(psutil.Process().children(recursive=True))  # idle pools of other tests
 
     @contextmanager
     def interrupted_the_second_time():
         yield
-        begun.append(psutil.Process().children(recursive=True))
+        begun.append(set(psutil.Process().children(recursive=True)) - before)
         if len(begun) == 2:
             raise KeyboardInterrupt
 
