@@ -51,7 +51,8 @@ def missions(place: Place, agent: str, episodes: int, seeds: int, output_dir: st
     where = {"experiment": place.experiment, "start": place.start, "plume": place.plume, "agent": agent}
     training = {"training_seconds": time.perf_counter() - began if agent in LEARNERS else 0.0}
     rows = [where | {"seed": seed} | _test(replicate, seed) | training for seed in range(seeds)]
-    return pd.DataFrame(rows)
+    table = pd.DataFrame(rows)
+    return table.reindex(columns=[*COLUMNS, *table.columns.difference(COLUMNS, sort=False)])
 
 
 def _test(replicate: Replicate, seed: int) -> dict[str, Any]:

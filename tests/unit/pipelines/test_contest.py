@@ -27,7 +27,7 @@ def test_agents_meet_the_same_truths_and_another_in_every_mission(table):
 
 def test_the_error_after_the_last_sample_is_the_mission_s(table):
     assert np.array_equal(table["error_20"], table["parameter_error"])
-    assert set(COLUMNS) <= set(table)
+    assert tuple(table) == (*COLUMNS, *(f"error_{sample}" for sample in range(1, 21)))
 
 
 def test_the_page_shows_the_better_agent_first(table, tmp_path):
