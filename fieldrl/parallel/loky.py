@@ -9,9 +9,10 @@ from __future__ import annotations
 import functools
 import multiprocessing
 import os
+import time
 import warnings
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Any
 
@@ -25,6 +26,7 @@ from fieldrl.parallel.workers import Begun, Results, Task, Tasks, WorkerKilled, 
 ATTEMPTS = 2
 """How often a task is tried whose worker is killed."""
 
+_TO_BEGIN = 5.0  # seconds
 _THREADS = ("OMP", "OPENBLAS", "MKL", "BLIS", "VECLIB", "NUMEXPR")
 
 
@@ -37,7 +39,7 @@ class Pool(Workers):
 
     def __init__(self, size: int = -1) -> None:
         self._size = cores() if size == -1 else size
-        self._executors: list[Any] = []  # all, also one that an interrupt kept from being idle or busy
+        self._executors: dict[Any, Future] = {}  # all (an interrupt may leave one neither idle nor busy)
         self._idle: list[Any] = []
         self._busy: dict[Future, tuple[Any, int]] = {}
 
@@ -72,12 +74,12 @@ class Pool(Workers):
                         twice = f"{kind} {number}: its worker was killed twice (out of memory?)"
                         yield number, WorkerKilled(twice)
         finally:
-            self._stop([executor for executor in self._executors if executor not in self._idle])
+            self._stop(self._executors.keys() - self._idle)
             self._busy = {}
 
     def close(self) -> None:
         """Stop the workers, whatever they are doing."""
-        self._stop(self._executors)
+        self._stop(self._executors.keys())
         self._idle, self._busy = [], {}
 
     def _submit(self, number: int, task: Task) -> None:
@@ -86,6 +88,7 @@ class Pool(Workers):
             executor, future = (executor, executor.submit(task)) if executor else self._started(task)
         except RuntimeError:  # it died while it was idle
             executor, future = self._started(task)
+        self._executors[executor] = future
         self._busy[future] = executor, number
 
     def _finished(self) -> Iterator[tuple[int, Future | None]]:
@@ -96,7 +99,7 @@ class Pool(Workers):
         for future in done:
             executor, number = self._busy.pop(future)
             if isinstance(future.exception(), BrokenProcessPool):
-                self._stop([executor])
+                self._stop({executor})
                 yield number, None
             else:
                 self._idle.append(executor)
@@ -111,13 +114,21 @@ class Pool(Workers):
         ours = {"initializer": end_with_parent, "initargs": (os.getpid(),)}
         with uninterrupted():
             executor = ProcessPoolExecutor(1, context=get_context("loky"), env=environment, **ours)
-            self._executors.append(executor)
-            return executor, executor.submit(task)
+            self._executors[executor] = executor.submit(task)
+            return executor, self._executors[executor]
 
-    def _stop(self, executors: list[Any]) -> None:
+    def _stop(self, executors: Set[Any]) -> None:
         for executor in list(executors):
+            _await_begun(self._executors[executor])
             executor.shutdown(wait=True, kill_workers=True)
-            self._executors.remove(executor)
+            del self._executors[executor]
+
+
+def _await_begun(task: Future) -> None:
+    """Wait for loky's thread to take the task: it fails where its executor is shut down before that."""
+    end = time.monotonic() + _TO_BEGIN
+    while not (task.running() or task.done()) and time.monotonic() < end:
+        time.sleep(0.001)
 
 
 @component

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 import time
 from contextlib import closing
 from functools import partial
@@ -42,6 +43,18 @@ def test_what_a_task_raises_is_raised_and_the_others_are_given_up(tmp_path):
     assert time.monotonic() - started < 60
     assert dict(workers.run({0: os.getppid, 1: os.getppid}, "task")) == {0: os.getpid(), 1: os.getpid()}
     workers.close()
+
+
+def test_a_pool_is_closed_at_once_after_a_task_was_given_to_a_warm_worker(monkeypatch):
+    failures = []
+    monkeypatch.setattr(threading, "excepthook", failures.append)
+    for _ in range(5):
+        with closing(Pool(2)) as pool:
+            list(pool.run({0: os.getpid, 1: os.getpid}, "task"))
+            tasks = {0: partial(time.sleep, 600), 1: os.getpid}
+            with pytest.raises(ZeroDivisionError):
+                list(pool.run(tasks, "task", begun=lambda number: 1 / (1 - number)))
+    assert failures == []
 
 
 @pytest.mark.parametrize("jobs", [0, -2, 1.5, "two", True])
