@@ -27,12 +27,6 @@ _WIDTH = 80
 class Bar(Display):
     """Shows progress only, where there is a terminal."""
 
-    def compiling(self) -> AbstractContextManager[object]:
-        """Say why nothing moves while the compiled loops are made or loaded."""
-        shown = console()
-        text = "loading compiled loops (the first time on a machine: half a minute)"
-        return shown.status(text) if shown.is_terminal else nullcontext()
-
     def progress(self, rows: NDArray[np.float64], episodes: int) -> AbstractContextManager[object]:
         """One bar for all replicates."""
         shown = console()
@@ -58,6 +52,10 @@ class Terminal(Bar):
         if continued:
             total = replicates * (config["episodes"] + config["evaluation_episodes"])
             console().print(f"continued from its last checkpoint: {continued} of {total} episodes are done")
+
+    def compiling(self) -> None:
+        """One line: why nothing moves."""
+        console().print("compiling the inner loops, once on this machine: half a minute ...")
 
     def waiting(self, name: str, holder: str) -> None:
         """One line: another process computes the same."""

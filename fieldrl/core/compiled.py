@@ -13,11 +13,14 @@ Two signatures are in use (all arrays C-ordered float64):
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
+from numba.core.event import Listener, install_listener
 from numba.extending import intrinsic
 
 _POINTER = types.CPointer(types.float64)
@@ -90,3 +93,21 @@ def loop(function: Any) -> Any:
     """
     options = {"cache": True, "error_model": "numpy", "_nrt": False, "forceinline": True}
     return njit(**options)(function)  # pyright: ignore[reportCallIssue]
+
+
+def told(say: Callable[[], object]) -> AbstractContextManager[object]:
+    """Call ``say`` when the body is about to compile a loop of ours that numba has not kept on disk; once."""
+    return install_listener("numba:compile", _First(say))
+
+
+class _First(Listener):
+    def __init__(self, say: Callable[[], object]) -> None:
+        self._say: Callable[[], object] | None = say
+
+    def on_start(self, event: Any) -> None:
+        if self._say and event.data["dispatcher"].py_func.__module__.startswith("fieldrl."):
+            say, self._say = self._say, None
+            say()
+
+    def on_end(self, event: Any) -> None:
+        pass

@@ -24,9 +24,8 @@ class Display:
     def waiting(self, name: str, holder: str) -> None:
         """Another process, ``holder``, works on the same run or sweep."""
 
-    def compiling(self) -> AbstractContextManager[object]:
-        """Compiled loops are made or loaded while the body runs."""
-        return nullcontext()
+    def compiling(self) -> None:
+        """Inner loops are compiled: the first time on a machine."""
 
     def progress(self, rows: NDArray[np.float64], episodes: int) -> AbstractContextManager[object]:
         """Replicates are computed while the body runs.

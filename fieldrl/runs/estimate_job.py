@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from fieldrl import __version__
+from fieldrl.core import compiled
 from fieldrl.core.checks import FieldrlError
 from fieldrl.core.kinds import check_part
 from fieldrl.measurements.sample_file import Reading, SampleFile
@@ -99,7 +100,8 @@ def perform(given: EstimateJob, display: Display) -> dict[str, Any]:
         if summary is not None:
             display.result(summary, run, given.job.publish(given.told()), reused=True)
             return summary
-        return _compute(given, display)
+        with compiled.told(display.compiling):
+            return _compute(given, display)
 
 
 def _compute(given: EstimateJob, display: Display) -> dict[str, Any]:

@@ -131,6 +131,8 @@ def perform(job: Job, display: Display) -> dict[str, Any]:
 
 def _perform(job: Job, display: Display) -> dict[str, Any]:
     """Build everything, then compute, unless another process has just done so."""
+    from fieldrl.core import compiled
+
     started = time.time()
     publisher = job.publisher()
     publisher.start()
@@ -139,7 +141,8 @@ def _perform(job: Job, display: Display) -> dict[str, Any]:
         with job.run.held(display.waiting) as waited:
             done = job.run.summary() if waited or not job.config["force"] else None
             if done is None:
-                return _compute(job, mission, publisher, display, started)
+                with compiled.told(display.compiling):
+                    return _compute(job, mission, publisher, display, started)
     finally:
         publisher.abandon()
     return _reuse(job, done, display)

@@ -49,7 +49,7 @@ class Replicates:
             FieldrlError: a worker was killed, and killed again.
         """
         if min(workers.size, self.count) > 1:
-            self._warm(display)
+            self._warm()
         with (
             shared_progress(self.count) as progress,
             display.progress(progress.rows(), self.mission.episodes),
@@ -75,10 +75,9 @@ class Replicates:
             state = kept.state if kept else None
             return run_replicate(self.mission, self.seed, number, progress.report(number), keep, state), lines
 
-    def _warm(self, display: Display) -> None:
+    def _warm(self) -> None:
         """Have every loop compiled and on disk before many workers ask for the same ones."""
         from fieldrl.mission import run_replicate
 
         small = replace(self.mission, episodes=1, steps=min(self.mission.steps, _WARM_STEPS))
-        with display.compiling():
-            run_replicate(replace(small, evaluation_episodes=1), 0, 0)
+        run_replicate(replace(small, evaluation_episodes=1), 0, 0)
