@@ -31,12 +31,11 @@ def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
     figures.profiles(scores(all_places, "parameter_error")).savefig(folder / "profiles.png", dpi=160)
     courses = {name: course(part) for name, part in parts}
     figures.by_sample(courses).savefig(folder / "by_sample.png", dpi=200)
-    tables = [(name, summary(part)) for name, part in [("All places", all_places), *parts]]
     loader = FileSystemLoader(Path(__file__).parent)
     page = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
     text = page.get_template("page.html.jinja").render(
-        tables=tables,
-        places=parts,
+        together=summary(all_places),
+        places=[(name, summary(part)) for name, part in parts],
         seeds=table["seed"].nunique(),
         steps=20,
         episodes=episodes,
@@ -47,7 +46,8 @@ def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
 
 def by_place(table: Any) -> list[tuple[str, Any]]:
     """Each place by its name, with its missions."""
-    return [(" ".join(map(str, name)), rows) for name, rows in table.groupby(PLACE, sort=False)]
+    groups = table.groupby(PLACE, sort=False)
+    return [(f"{name}, start {start}, plume {plume}", rows) for (name, start, plume), rows in groups]
 
 
 def relative(table: Any) -> Any:

@@ -19,7 +19,7 @@ from pipelines.experiments import Settings
 from pipelines.paper.readme import replaced, shrink
 
 _COMMAND = "python -m pipelines.contest.readme"
-_PLACE = "search [30,150] drawn"  # where most is to be learned
+_PLACE = "search, start [30,150], plume drawn"  # where most is to be learned
 _HEADS = (
     "agent",
     "error [95 %]",
