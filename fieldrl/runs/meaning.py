@@ -91,7 +91,8 @@ def rounded(value: float, interval: Sequence[float | None] | None = None) -> str
 def result_rows(summary: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
     """The result as a table: titles, and rows of text.
 
-    Parameters: truth, all samples, best episode; then the errors of the best episode.
+    Parameters: truth, all samples, best episode; then the errors of the best episode. What was made from a
+    file of samples has neither truth nor episodes.
     """
     rows = []
     for name, best in summary["parameters"].items():
@@ -99,7 +100,14 @@ def result_rows(summary: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]
         true = number(best.get("true"))
         rows.append([f"{name} [{best['unit']}]", true, _known(pooled), _known(best)])
     rows += [[label, "", "", number(summary.get(name))] for name, label in error_labels(summary).items()]
+    if from_file(summary):
+        return ["", "estimate"], [[label, told or error] for label, _, told, error in rows if told or error]
     return ["", "true", "all samples", f"best episode (number {summary['best_episode'] + 1})"], rows
+
+
+def from_file(summary: Mapping[str, Any]) -> bool:
+    """Whether it is an estimate from a file of samples, and not a run."""
+    return "samples" in summary
 
 
 def number(value: float | None) -> str:

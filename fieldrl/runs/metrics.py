@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fieldrl.core.parameters import Parameters
 from fieldrl.mission.summary import parameters as unknowns
+from fieldrl.runs.meaning import from_file
 
 Series = dict[str, NDArray[np.float64]]
 
@@ -46,8 +47,10 @@ def each(record: xr.Dataset) -> list[tuple[Series, Series]]:
 
 
 def all_curves(record: xr.Dataset) -> list[Series]:
-    """``curves`` of every replicate of a whole record."""
+    """``curves`` of every replicate of a whole record; those of the fit alone of an estimate from a file."""
     parameters = unknowns(record)
+    if record.attrs.get("kind") == "estimate":
+        return [_course(record.isel(replicate=0))]
     return [curves(learning, parameters) for learning, _ in each(record)]
 
 
@@ -100,11 +103,16 @@ def final(summary: Mapping[str, Any]) -> dict[str, float]:
     """The numbers that runs are compared by; estimates are in ``best/`` and ``pooled/``.
 
     Of all samples' estimate also the standard deviation, ``pooled_std/``, and the width of its interval of
-    95 %, ``pooled_width/``.
+    95 %, ``pooled_width/``. An estimate from a file has no best episode and no policy.
     """
     found = {name: summary[name] for name in (*_BEST, "converged", "seconds")}
-    found["late_e_total"] = float(np.median(summary["late_e_total"]))
-    found |= {f"best/{name}": one["estimate"] for name, one in summary["parameters"].items()}
+    if from_file(summary):
+        found |= {name: summary[name] for name in ("e_f", "e_cv", "noise")} | {
+            "samples": summary["samples"]["used"]
+        }
+    else:
+        found["late_e_total"] = float(np.median(summary["late_e_total"]))
+        found |= {f"best/{name}": one["estimate"] for name, one in summary["parameters"].items()}
     found |= {f"pooled/{name}": one["estimate"] for name, one in summary["pooled"]["parameters"].items()}
     for name, one in summary["pooled"]["parameters"].items():
         low, high = one.get("interval") or (None, None)

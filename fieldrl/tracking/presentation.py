@@ -19,6 +19,11 @@ VIEW = "fieldrl"
 VIEW_TAG = f"mlflow.sharedViewState.{VIEW}"
 
 _TARGET = "_target_"
+_ESTIMATES = """\
+Estimates from files of samples (`fieldrl estimate`): `pooled/`, with the standard deviation `pooled_std/`
+and the width of the 95 % interval `pooled_width/`; errors of the fit; how many `samples` were used; the
+standard deviation of the `noise`.
+"""
 _READING = """\
 `e_total`, `theta_error`, `field_rmse` and `best/` are those of the best episode, the one of least total
 error; `pooled/` estimates are made from all samples, with the standard deviation `pooled_std/` and the width
@@ -57,20 +62,28 @@ def sweep_note(rows: Sequence[Mapping[str, Any]], objective: str, command: str) 
     return f"Best first:\n\n{lines}\n\nRepeat it:\n\n```\n{command}\n```\n"
 
 
-def experiment_note(name: str) -> str:
-    """The description of an experiment, from the head of its option file, and how to read its runs."""
+def experiment_note(name: str, summary: Mapping[str, Any]) -> str:
+    """The description of an experiment, from the head of its option file, and how to read its runs.
+
+    Args:
+        name: of the experiment.
+        summary: of one of its runs.
+    """
+    if meaning.from_file(summary):
+        return _ESTIMATES
     about, commands = title.about(name)
     shown = "".join(f"`{line}`\n\n" for line in commands)
     return f"{about}\n\n{shown}{_READING}"
 
 
-def view(names: Iterable[str]) -> str:
+def view(summary: Mapping[str, Any]) -> str:
     """The list of runs as it is to be opened: numbers that people compare, newest first, replicates left out.
 
     Args:
-        names: of the parameters that are estimated.
+        summary: of one of them.
     """
-    columns = ["e_total", "late_e_total", "theta_error", *(f"pooled/{name}" for name in names), "seconds"]
+    errors = ("e_f", "e_cv", "samples") if meaning.from_file(summary) else ("late_e_total", "theta_error")
+    columns = ["e_total", *errors, *(f"pooled/{name}" for name in summary["parameters"]), "seconds"]
     found = [f"metrics.`{name}`" for name in columns]
     return json.dumps({
         "orderByKey": "attributes.`Created`", "orderByAsc": False, "startTime": "ALL",

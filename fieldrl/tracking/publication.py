@@ -255,8 +255,8 @@ class Publication:
     def _describe(self, run_id: str, run: Told, summary: Mapping[str, Any]) -> None:
         """The note of a run, and of its experiment where that has none: description and columns."""
         self.client.set_tag(run_id, presentation.NOTE, presentation.run_note(summary, run["command"]))
-        tags = {presentation.NOTE: presentation.experiment_note(run["experiment"])}
-        tags[presentation.VIEW_TAG] = presentation.view(summary["parameters"])
+        tags = {presentation.NOTE: presentation.experiment_note(run["experiment"], summary)}
+        tags[presentation.VIEW_TAG] = presentation.view(summary)
         self.database.describe(run["experiment"], tags)
 
     def _replicate(self, published: Published, run: Told, number: int) -> str:

@@ -82,3 +82,13 @@ def test_where_no_pooled_estimate_is_known_the_best_episode_speaks():
 )
 def test_numbers_have_the_digits_that_are_known(value, interval, text):
     assert meaning.rounded(value, interval) == text
+
+
+def test_the_table_of_an_estimate_from_a_file_has_no_truth_and_no_episodes():
+    found = summary(samples={"used": 30}, e_f=1.0, e_cv=2.0, e_total=3.0, theta_error=None, field_rmse=None)
+    titles, rows = meaning.result_rows(found)
+    assert titles == ["", "estimate"]
+    assert rows[0] == ["mu [1]", "0.2497"]
+    assert [label for label, _ in rows[2:]] == [
+        "fit error e_f", "cross-validation error e_cv", "e_total = e_f + e_cv",
+    ]  # fmt: skip

@@ -98,3 +98,14 @@ def test_what_runs_are_compared_by_tells_the_spread_of_all_samples_estimate():
     assert found["pooled_std/mu"] == 0.1
     assert found["pooled_width/mu"] == pytest.approx(0.5)
     assert not any(name.startswith(("pooled_std/omega", "pooled_width/omega")) for name in found)
+
+
+def test_an_estimate_from_a_file_has_neither_a_best_episode_nor_a_policy():
+    told = {"mu": {"estimate": 0.5, "std": 0.1, "interval": [0.3, 0.8]}}
+    summary = {"samples": {"used": 30}, "pooled": {"parameters": told}, "parameters": told}
+    summary |= {"late_e_total": [2.0], "theta_error": None, "field_rmse": None, "converged": None}
+    summary |= {"e_f": 1.0, "e_cv": 2.0, "e_total": 3.0, "noise": 0.7, "seconds": 4.0}
+    found = metrics.final(summary)
+    errors = {"e_f", "e_cv", "e_total", "noise", "samples", "seconds"}
+    assert found.keys() == errors | {"pooled/mu", "pooled_std/mu", "pooled_width/mu"}
+    assert (found["samples"], found["pooled/mu"]) == (30.0, 0.5)
