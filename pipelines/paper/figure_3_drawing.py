@@ -121,7 +121,7 @@ def _bars(axes: Axes, counts: Mapping[str, Any]) -> None:
         )
     axes.set_ylim(0, 1.35 * axes.get_ylim()[1])
     style.count_along_x(axes)
-    style.label(axes, "trends that seem to hold", "share of points")
+    style.label(axes, "trends", "share of points")
     style.legend(axes, "upper right")
 
 

@@ -3,10 +3,11 @@
     python -m pipelines.paper.figure_3_search [scale=small] [output_dir=FOLDER] [jobs=N]
 
 The platform's search (``hydra/sweeper=gp``) maximises the score of figure 3's six trends over the settings
-of ``figure_3_space``, two replicates of five variations at each point. The best points are then judged with
-another seed, beside those that are named, as in ``figure_3_settings``. Agents that act at random, each
-variation with noise of its own, show what trends and scores chance alone gives. More points (``SIZES``) go on
-from those that are done.
+of ``figure_3_space``, two replicates of five variations at each point, with noise of the point's own: noise
+that all points share would be searched too. The best points are run again with six replicates and other
+noise; the best of these are judged with another seed, beside those that are named, as in
+``figure_3_settings``. Agents that act at random, each variation with noise of its own, show what trends and
+scores chance alone gives. More points (``SIZES``) go on from those that are done.
 
 Takes half an hour.
 """
@@ -28,23 +29,28 @@ from pipelines.paper.figure_3_space import NAMED, SPACE, described, named
 from pipelines.paper.figure_3_trends import TRENDS, Curves, score, seeming
 
 SIZES = {
-    "paper": {"trials": 60, "initial": 20, "batch": 4, "replicates": 2, "chance": 20, "best": 3},
-    "small": {"trials": 3, "initial": 2, "batch": 2, "replicates": 2, "chance": 1, "best": 1},
+    "paper": {"trials": 60, "initial": 20, "batch": 4, "replicates": 2, "chance": 20}
+    | {"again": 12, "replicates_again": 6, "best": 3},
+    "small": {"trials": 3, "initial": 2, "batch": 2, "replicates": 2, "chance": 1}
+    | {"again": 2, "replicates_again": 2, "best": 1},
 }
 """Points that are tried, of which an initial design, with replicates of each; how many of them are tried with
-agents that act at random; how many of the best are judged."""
+agents that act at random; how many are run again, with how many replicates; how many of these are judged."""
 
 SEED = 0
-"""Of the search."""
+"""Of the search's proposals."""
+
+_SEEDS = 100  # a point's; those of its random agents reach 50 further
 
 
 def make(settings: Settings) -> list[Judged]:
     """Search, judge, print, draw; returns what was judged."""
     size = SIZES[settings.scale]
     trials = search(settings)
-    tried = _searched([point for point, _ in trials], "learner", settings)
-    chance = _searched([point for point, _ in trials[: size["chance"]]], "random", settings)
-    judged = judge(chosen(trials, size["best"]), settings)
+    points = [point for point, _ in trials]
+    tried = _tried(points, "learner", settings)
+    chance = _tried(points[: size["chance"]], "random", settings)
+    judged = judge(chosen(_again(trials, settings), size["best"]), settings)
     show(judged)
     _summary("learners", tried)
     _summary("agents at random", chance)
@@ -54,8 +60,8 @@ def make(settings: Settings) -> list[Judged]:
     drawing = figure_3_drawing.draw(list(tried), seen, by_chance, [each.point for each in judged])
     numbers = {
         "judged": [plain(each) for each in judged],
-        "searched": [_tried(point, curves) for point, curves in tried.items()],
-        "chance": [_tried(point, curves) for point, curves in chance.items()],
+        "searched": [_plain(point, curves) for point, curves in tried.items()],
+        "chance": [_plain(point, curves) for point, curves in chance.items()],
     }
     artefacts.save(settings, "figure_3_search", drawing, _caption(len(tried), size), [], numbers)
     return judged
@@ -70,21 +76,38 @@ def search(settings: Settings) -> list[Trial]:
         points = propose(SPACE, trials, count, size["initial"], SEED)
         if not points:
             break
-        found = _searched(points, "learner", settings)
+        found = _tried(points, "learner", settings, len(trials))
         trials += [(point, -score(found[point]) if point in found else None) for point in points]
     return trials
 
 
+def _again(trials: Sequence[Trial], settings: Settings) -> list[Trial]:
+    """The best of them with more replicates and other noise."""
+    size = SIZES[settings.scale]
+    points = _best(trials, size["again"])
+    tasks = {
+        point: Task(point, "learner", _SEEDS * i + _SEEDS // 2, size["replicates_again"])
+        for i, point in enumerate(points, 1)
+    }
+    return [(point, -score(curves)) for point, curves in run(tasks, settings).items()]
+
+
 def chosen(trials: Sequence[Trial], best: int) -> dict[str, Point]:
     """Points that are judged, by name: those that are named, and the best."""
-    ranked = sorted((loss, i) for i, (_, loss) in enumerate(trials) if loss is not None)
-    found = {f"best {place}": trials[i][0] for place, (_, i) in enumerate(ranked[:best], 1)}
+    found = {f"best {place}": point for place, point in enumerate(_best(trials, best), 1)}
     return {name: named(each) for name, each in NAMED.items()} | found
 
 
-def _searched(points: Sequence[Point], agent: str, settings: Settings) -> dict[Point, Curves]:
+def _best(trials: Sequence[Trial], count: int) -> list[Point]:
+    ranked = sorted((loss, i) for i, (_, loss) in enumerate(trials) if loss is not None)
+    return [trials[i][0] for _, i in ranked[:count]]
+
+
+def _tried(points: Sequence[Point], agent: str, settings: Settings, first: int = 0) -> dict[Point, Curves]:
+    """Curves of points, of which so many were tried before."""
     replicates = SIZES[settings.scale]["replicates"]
-    return run({point: Task(point, agent, SEED, replicates) for point in points}, settings)
+    numbered = enumerate(points, first + 1)
+    return run({point: Task(point, agent, _SEEDS * i, replicates) for i, point in numbered}, settings)
 
 
 def _summary(text: str, found: Mapping[Point, Curves]) -> None:
@@ -97,7 +120,7 @@ def _summary(text: str, found: Mapping[Point, Curves]) -> None:
     print(f"  points where 0, 1, ... {len(TRENDS)} trends seem to hold: {', '.join(map(str, counts))}")
 
 
-def _tried(point: Point, curves: Curves) -> dict[str, Any]:
+def _plain(point: Point, curves: Curves) -> dict[str, Any]:
     return {**described(point), "score": score(curves), "trends": seeming(curves)}
 
 
