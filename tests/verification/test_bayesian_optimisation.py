@@ -14,6 +14,7 @@ from fieldrl.estimator.problem import FitProblem
 from fieldrl.estimator.surrogate.improvement import descend, improvement_bound
 from fieldrl.estimator.surrogate.predictions import condition, evidence, linearise, predict
 from fieldrl.pde.advection_diffusion import AdvectionDiffusion
+from pipelines.benchmarks import recovery
 
 U = additive_recurrence(20, 2)
 
@@ -74,6 +75,21 @@ def test_the_bound_lies_above_the_expected_improvement():
     bound = improvement_bound(few, np.array(ELSEWHERE), VALUES, 1e-3, 20.0)
     assert np.all(bound >= 0.98 * gains)
     assert np.all(bound <= 20.0)
+
+
+def test_samples_that_repeat_others_hide_no_basin():
+    bounds = []
+    for copies in (2, 20):
+        seen = evidence(np.array(U[:8]), np.tile(outputs(U[:8]), copies), np.tile(VALUES, copies))
+        found = improvement_bound(condition(seen), np.array(ELSEWHERE), np.tile(VALUES, copies), 1e-3, 0.1)
+        bounds.append(found.sum())
+    assert bounds[1] > 1e-4 * bounds[0]
+
+
+@pytest.mark.parametrize("number", [95, 162])
+def test_a_basin_is_found_among_sixty_samples_of_three_unknowns(number):
+    kind = ("double_gyre", "flow scaled")
+    assert max(recovery.tried(recovery.kinds()[kind](), kind, number)["errors"]) < 3
 
 
 def test_descent_on_the_surrogate_ends_at_the_minimum_of_its_mean():

@@ -22,7 +22,7 @@ from fieldrl.estimator.surrogate.predictions import Surrogate, linearise, predic
 
 _SHRINK, _GROW, _LEAST, _LARGEST = 0.2, 5.0, 1e-9, 1e8  # Marquardt's damping
 _RATES = 2.0 ** np.arange(14)  # where the bound is tried
-_INDEPENDENT = 0.5  # the share of the outputs that vary independently, for the bound
+_INDEPENDENT = 5  # outputs that vary independently, for the bound: half of them, and no more than this
 _STILL = 1e-7  # a step that ends a descent [half-width]
 
 
@@ -34,15 +34,16 @@ def improvement_bound(
     From t <= exp(rate t - 1) / rate for every rate > 0, a Chernoff bound; the expectation has a closed form.
     Unlike an average over draws it sees gains of very small probability, of which there are many. Outputs in
     fact move together (where the feature passes, or not), which the surrogate does not know: doubts about
-    many of them count as doubts about half as many.
+    ten of them count as doubts about five, and those about sixty count no more.
     """
+    independent = min(0.5, _INDEPENDENT / values.size)
     mean, deviation = predict(surrogate, u)
     square, variance = (mean - values) ** 2, deviation**2
     penalty, n = tikhonov * np.sum(u * u, axis=1) / bar, values.size
     exponents = np.empty((_RATES.size, len(u)))
     for exponent, rate in zip(exponents, _RATES, strict=True):
         widened = 1.0 + (2.0 * rate / (n * bar)) * variance
-        spread = np.sum(0.5 * _INDEPENDENT * np.log(widened) + (rate / (n * bar)) * square / widened, axis=1)
+        spread = np.sum(0.5 * independent * np.log(widened) + (rate / (n * bar)) * square / widened, axis=1)
         exponent[:] = rate - 1.0 - np.log(rate) - rate * penalty - spread
     return bar * np.exp(np.minimum(exponents.min(axis=0), 0.0))
 
