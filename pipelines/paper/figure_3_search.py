@@ -24,7 +24,7 @@ from fieldrl.sweeps.space import Point
 from pipelines import artefacts, experiments, report
 from pipelines.experiments import Settings
 from pipelines.paper import figure_3_drawing
-from pipelines.paper.figure_3_settings import Judged, Task, judge, plain, run, show
+from pipelines.paper.figure_3_settings import COLUMNS, Judged, Task, judge, plain, rows_of, run, show
 from pipelines.paper.figure_3_space import NAMED, SPACE, described, named
 from pipelines.paper.figure_3_trends import TRENDS, Curves, score, seeming
 
@@ -54,8 +54,11 @@ def make(settings: Settings) -> list[Judged]:
     show(judged)
     _summary("learners", tried)
     _summary("agents at random", chance)
-    for each in judged:
-        print(f"{each.name}: {', '.join(f'{key} {text}' for key, text in described(each.point).items())}")
+    at = {each.name: described(each.point) for each in judged}
+    where = [[key, *(point[key] for point in at.values())] for key in SPACE.keys]
+    report.show("Where they are", ("", *at), where)
+    tables = report.markdown(COLUMNS, rows_of(judged)), report.markdown(("setting", *at), where)
+    artefacts.put(settings, "figure_3_search.md", "\n".join(tables).encode())
     seen, by_chance = ([seeming(curves) for curves in found.values()] for found in (tried, chance))
     drawing = figure_3_drawing.draw(list(tried), seen, by_chance, [each.point for each in judged])
     numbers = {

@@ -32,6 +32,7 @@ from pipelines.experiments import SCALES, Settings
 from pipelines.paper import rules
 from pipelines.paper.figure_3_space import NAMED, described, named, overrides
 from pipelines.paper.figure_3_trends import TRENDS, VARIATIONS, Comparison, Curves, score, seeming, trends
+from pipelines.paper.page import MARKS
 from pipelines.paper.rules import Outcome
 
 REPLICATES = {"paper": {"learner": 12, "random": 6}, "small": {"learner": 2, "random": 2}}
@@ -83,6 +84,7 @@ def make(settings: Settings) -> list[Judged]:
     """Run what is missing, judge, print, write; returns what was judged."""
     judged = judge({name: named(each) for name, each in NAMED.items()}, settings)
     show(judged)
+    artefacts.put(settings, "figure_3_settings.md", detailed(judged).encode())
     numbers = {"judged": [plain(each) for each in judged]}
     caption = "Figure 3's trends at settings that the paper leaves unsaid."
     artefacts.note(settings, "figure_3_settings", {"caption": caption}, [], numbers)
@@ -180,21 +182,44 @@ def _tolerant(task: Task, variation: str, settings: Settings) -> xr.Dataset:
 
 def show(judged: Sequence[Judged]) -> None:
     """Print trends, then what each rests on."""
-    rows = [
-        (
-            each.name,
-            f"{each.score:.2f}",
-            *(_MARKS[outcome] for outcome in each.outcomes.values()),
-            str(sum(outcome is Outcome.YES for outcome in each.outcomes.values())),
-            str(sum(each.chance.values())),
-        )
-        for each in judged
-    ]
-    report.show("Figure 3's trends", ("", "score", *TRENDS, "hold", "by chance"), rows)
+    report.show("Figure 3's trends", COLUMNS, rows_of(judged))
     measured = [
         (f"{each.name}: {text}",) for each in judged for texts in each.measured.values() for text in texts
     ]
     report.show("What they rest on", ("first → last, paired difference [95 %]",), measured)
+
+
+COLUMNS = ("", "score", *TRENDS, "hold", "by chance")
+
+
+def rows_of(judged: Sequence[Judged]) -> list[list[str]]:
+    """``COLUMNS`` of each: a word for every trend, and how many of them hold."""
+    return [
+        [
+            each.name,
+            f"{each.score:.2f}",
+            *(_MARKS[outcome] for outcome in each.outcomes.values()),
+            str(_held(each)),
+            str(sum(each.chance.values())),
+        ]
+        for each in judged
+    ]
+
+
+def detailed(judged: Sequence[Judged]) -> str:
+    """What every trend rests on, as a Markdown table with a column for each point."""
+    rows = [[trend, *(_cell(each, trend) for each in judged)] for trend in TRENDS]
+    rows.append(["trends that hold, of six", *(str(_held(each)) for each in judged)])
+    return report.markdown(["the paper", *(each.name for each in judged)], rows)
+
+
+def _cell(judged: Judged, trend: str) -> str:
+    texts = (text.partition("; smallest")[0] for text in judged.measured[trend])
+    return f"{MARKS[judged.outcomes[trend]]} {'<br>'.join(texts)}"
+
+
+def _held(judged: Judged) -> int:
+    return sum(outcome is Outcome.YES for outcome in judged.outcomes.values())
 
 
 def plain(judged: Judged) -> dict[str, Any]:

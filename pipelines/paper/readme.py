@@ -1,4 +1,4 @@
-"""Bring the tables and the picture in README.md, docs/paper.md and docs/true-field.md up to outputs/paper.
+"""Bring the tables and pictures in README.md, docs/paper.md and docs/true-field.md up to outputs/paper.
 
 python -m pipelines.paper.readme      after make paper; README.md has the verdicts of three telling claims
 
@@ -19,16 +19,18 @@ from pipelines.paper.rules import Outcome
 
 _COMMAND = "python -m pipelines.paper.readme"
 _TELLING = ("Informative samples", "Total error at the end", "Learned mu")  # claims in README.md
-_TABLES = (
-    "inverse_crime",
-    "position_errors_advection",
-    "position_errors_double_gyre",
-)  # in docs/true-field.md
-_PICTURE, _WIDTH, _COLOURS = "learning", 1100, 256
+_TABLES = {
+    "inverse_crime": "true-field",
+    "position_errors_advection": "true-field",
+    "position_errors_double_gyre": "true-field",
+    "figure_3_settings": "paper",
+    "figure_3_search": "paper",
+}  # and the page of docs/ that they are in
+_PICTURES, _WIDTH, _COLOURS = ("learning", "figure_3_search"), 1100, 256
 
 
 def make(settings: Settings, root: Path = Path()) -> None:
-    """Rewrite the marked parts of the files and the picture; what has not been computed stays as it is.
+    """Rewrite the marked parts of the files and the pictures; what has not been computed stays as it is.
 
     Args:
         settings: where the page's parts are.
@@ -39,13 +41,14 @@ def make(settings: Settings, root: Path = Path()) -> None:
         telling = [claim for name in _TELLING for claim in claims if claim["name"] == name]
         _rewrite(root / "README.md", "claims", short_table(telling))
         _rewrite(root / "docs" / "paper.md", "claims", table(claims))
-    for name in _TABLES:
+    for name, page in _TABLES.items():
         made = settings.folder / f"{name}.md"
         if made.exists():
-            _rewrite(root / "docs" / "true-field.md", name, made.read_text().strip())
-    picture = settings.folder / f"{_PICTURE}.png"
-    if picture.exists():
-        shrink(picture, root / "docs" / "images" / picture.name)
+            _rewrite(root / "docs" / f"{page}.md", name, made.read_text().strip())
+    for name in _PICTURES:
+        picture = settings.folder / f"{name}.png"
+        if picture.exists():
+            shrink(picture, root / "docs" / "images" / picture.name)
 
 
 def table(claims: list[dict[str, Any]]) -> str:

@@ -44,6 +44,8 @@ def test_the_search_judges_with_other_noise_and_is_not_done_twice(tmp_path, monk
     note = json.loads((tmp_path / "paper" / "figure_3_search.json").read_text())
     assert [each["name"] for each in note["numbers"]["judged"]] == [each.name for each in found]
     assert len(note["numbers"]["searched"]) == 3
+    table = (tmp_path / "paper" / "figure_3_search.md").read_text()
+    assert all(f"| {' | '.join(row)} |" in table for row in figure_3_settings.rows_of(found))
     assert (tmp_path / "paper" / "figure_3_search.png").read_bytes().startswith(b"\x89PNG")
     monkeypatch.setattr(figure_3_settings, "curves_of", refused)
     assert figure_3_search.make(settings) == found

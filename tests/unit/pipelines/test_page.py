@@ -91,8 +91,8 @@ def test_the_docs_have_a_place_for_every_table(tmp_path):
     for name in readme._TABLES:
         artefacts.put(settings, f"{name}.md", f"new table of {name}".encode())
     readme.make(settings, tmp_path)
-    made = (tmp_path / "docs/true-field.md").read_text()
-    assert all(f"new table of {name}" in made for name in readme._TABLES)
+    for name, where in readme._TABLES.items():
+        assert f"new table of {name}" in (tmp_path / "docs" / f"{where}.md").read_text()
     assert readme.table(described["numbers"]["claims"]) in (tmp_path / "docs/paper.md").read_text()
 
 
