@@ -58,7 +58,7 @@ def regions_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
         )
         for axes, whole in zip(row, (True, False), strict=True):
             style.dress(axes)
-            for estimate in _LOOKS:
+            for estimate in _shown(record):
                 _draw_regions(axes, one.isel(pair=pair), estimate, (first, second))
             axes.plot(*_truth(one)[[first, second]], **_TRUTH, zorder=9)
             _limits(axes, one.isel(pair=pair), (first, second), whole)
@@ -66,7 +66,7 @@ def regions_figure(record: xr.Dataset, replicate: int = 0) -> Figure:
             style.label(axes, *(style.quantity(str(names[k]), str(units[k])) for k in (first, second)))
         style.title(row[0], "Within the bounds")
         style.title(row[1], "Closer")
-    _legend(drawing, one)
+    _legend(drawing, one, _shown(record))
     return drawing
 
 
@@ -89,6 +89,11 @@ def samples_used_figure(record: xr.Dataset) -> Figure:
     style.title(axes, f"Median {np.median(used):.0f} of {record.sizes['step']} samples")
     style.legend(axes)
     return drawing
+
+
+def _shown(record: xr.Dataset) -> list[str]:
+    """Which estimates: one of all samples alone where they are from a file."""
+    return ["pooled"] if estimates.is_estimate(record) else list(_LOOKS)
 
 
 def _truth(record: xr.Dataset) -> np.ndarray:
@@ -127,10 +132,10 @@ def _limits(axes: Axes, record: xr.Dataset, pair: tuple[int, int], whole: bool) 
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
-def _legend(drawing: Figure, record: xr.Dataset) -> None:
+def _legend(drawing: Figure, record: xr.Dataset, shown: list[str]) -> None:
     marks = [
         Line2D([], [], marker=mark, color=colour, ls="none", ms=4, label=f"{text}: 50 and 95 %")
-        for colour, text, mark in _LOOKS.values()
+        for colour, text, mark in (_LOOKS[name] for name in shown)
     ]
     if np.isfinite(_truth(record)).all():
         marks.append(Line2D([], [], label="truth", **_TRUTH))

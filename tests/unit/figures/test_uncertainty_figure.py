@@ -34,6 +34,12 @@ def test_a_truth_that_nobody_knows_is_not_in_the_legend(record):
     assert "truth" not in texts
 
 
+def test_an_estimate_from_a_file_has_regions_of_all_samples_alone(record):
+    found = record.assign(true=record["true"] * np.nan).assign_attrs(kind="estimate")
+    (text,) = uncertainty.regions_figure(found).legends[0].get_texts()
+    assert text.get_text() == "all samples: 50 and 95 %"
+
+
 def test_the_map_of_the_field_begins_at_zero(record):
     axes = uncertainty.field_std_figure(record).axes[0]
     low, high = axes.images[0].get_clim()
