@@ -79,7 +79,7 @@ def _draw_by_sample(axes: Axes, agent: str, errors: NDArray[np.float64]) -> None
     colour, dashes = _LOOKS[agent]
     samples = np.arange(1, errors.shape[1] + 1)
     rng = stream(0, "contest bootstrap")
-    bands = [bootstrap(interquartile_mean, [column[None]], rng, 500) for column in errors.T]
+    bands = [bootstrap(column[None], rng, 500) for column in errors.T]
     middle = [interquartile_mean(column) for column in errors.T]
     axes.plot(samples, middle, color=colour, linestyle=dashes, linewidth=1.2, label=agent)
     axes.fill_between(samples, *np.transpose(bands), color=colour, alpha=0.15, linewidth=0)

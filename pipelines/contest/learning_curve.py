@@ -85,7 +85,7 @@ def measured(record: xr.Dataset) -> dict[str, object]:
     width = float(np.subtract(*np.quantile(last, [0.75, 0.25])))
     rise = float(np.median(last) - np.median(first))
     scores = errors(record, "evaluation_")
-    low, high = bootstrap(interquartile_mean, [scores], stream(0, "contest bootstrap"))
+    low, high = bootstrap(scores, stream(0, "contest bootstrap"))
     return {
         "first": float(np.median(first)),
         "last": float(np.median(last)),

@@ -82,7 +82,7 @@ def summary(table: Any) -> list[list[str]]:
     totals = table.groupby("agent")["e_total"].median()
     rng, rows = stream(0, "contest bootstrap"), []
     for agent in sorted(errors, key=lambda name: interquartile_mean(errors[name])):
-        low, high = bootstrap(interquartile_mean, [errors[agent]], rng)
+        low, high = bootstrap(errors[agent], rng)
         beats = probability_of_improvement(errors[agent], errors["random"]) if "random" in errors else np.nan
         mean = means.loc[agent]
         cost = f"{mean['seconds']:.2g}", f"{mean['training_seconds']:.0f}"

@@ -5,8 +5,6 @@ A score table is (tasks, runs): a task is a place, a run is a test mission. Smal
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import rankdata, trim_mean
@@ -14,29 +12,23 @@ from scipy.stats import rankdata, trim_mean
 Table = NDArray[np.float64]
 
 
-def interquartile_mean(scores: Table) -> float:
-    """Mean of the middle half of all scores (tasks, runs)."""
-    return float(trim_mean(scores.reshape(-1), 0.25))
+def interquartile_mean(scores: Table) -> NDArray[np.float64]:
+    """Mean of the middle half of all scores, (..., tasks, runs) -> (...)."""
+    return trim_mean(scores.reshape(*scores.shape[:-2], -1), 0.25, axis=-1)
 
 
-def bootstrap(
-    statistic: Callable[..., float], tables: list[Table], rng: np.random.Generator, draws: int = 2000
-) -> tuple[float, float]:
-    """95 % interval of a statistic by the stratified bootstrap: runs are drawn again within each task.
+def bootstrap(scores: Table, rng: np.random.Generator, draws: int = 2000) -> tuple[float, float]:
+    """95 % interval of the interquartile mean, runs drawn again within each task (stratified bootstrap).
 
     Args:
-        statistic: of the tables.
-        tables: (tasks, runs) each, drawn independently of each other.
+        scores: (tasks, runs).
         rng: what is drawn from.
         draws: how many.
     """
-    found = [statistic(*(_again(table, rng) for table in tables)) for _ in range(draws)]
+    again = rng.integers(scores.shape[1], size=(draws, *scores.shape))
+    found = interquartile_mean(np.take_along_axis(scores[None], again, axis=2))
     low, high = np.quantile(found, [0.025, 0.975])
     return float(low), float(high)
-
-
-def _again(table: Table, rng: np.random.Generator) -> Table:
-    return np.take_along_axis(table, rng.integers(table.shape[1], size=table.shape), axis=1)
 
 
 def performance_profile(scores: Table, thresholds: ArrayLike) -> NDArray[np.float64]:
