@@ -48,9 +48,9 @@ class Samples:
         Raises:
             ValueError: the shapes disagree, or a standard deviation is not positive and finite.
         """
-        x = np.ascontiguousarray(positions, dtype=float).reshape(-1, 2)
-        t = np.ascontiguousarray(times, dtype=float).reshape(-1)
-        y = np.ascontiguousarray(values, dtype=float).reshape(-1)
+        # compiled loops are compiled anew for arrays that may not be written to, such as columns of pandas
+        x, t, y = (np.require(each, float, ["C", "W"]) for each in (positions, times, values))
+        x, t, y = x.reshape(-1, 2), t.reshape(-1), y.reshape(-1)
         if not len(x) == len(t) == len(y):
             raise ValueError(f"positions, times and values differ in length: {len(x)}, {len(t)}, {len(y)}")
         s = None if std is None else np.array(np.broadcast_to(np.asarray(std, dtype=float), t.shape))

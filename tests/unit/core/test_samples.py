@@ -81,3 +81,12 @@ def test_one_standard_deviation_serves_all_samples():
 def test_a_standard_deviation_that_is_none_is_refused(std):
     with pytest.raises(ValueError, match="must be > 0"):
         Samples.of(np.zeros((2, 2)), [1, 2], [4, 5], std=std)
+
+
+def test_columns_that_may_not_be_written_to_are_copied():
+    values = np.arange(3.0)
+    values.flags.writeable = False
+    samples = Samples.of(np.zeros((3, 2)), values, values)
+    assert samples.values.flags.writeable
+    assert samples.times.flags.writeable
+    np.testing.assert_array_equal(samples.values, values)
