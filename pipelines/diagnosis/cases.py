@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -43,13 +44,19 @@ class Case:
     def mission(self, settings: Settings, *more: str) -> Mission:
         """The mission at a scale."""
         size = () if settings.scale == "paper" else SCALES[settings.scale]["advection"]
-        made = mission(composed(["experiment=advection", *size, *self.overrides, *more]))
+        made = _advection((*size, *self.overrides, *more))
         return made if self.reward is None else replace(made, reward=self.reward)
 
     @property
     def parts(self) -> list[str]:
         """What it depends on, as text."""
         return [*self.overrides, repr(self.reward)]
+
+
+@functools.cache
+def _advection(overrides: tuple[str, ...]) -> Mission:
+    """The first experiment; composing it takes longer than a short run of it."""
+    return mission(composed(["experiment=advection", *overrides]))
 
 
 _CHEAP = ("estimator.starts=1", "estimator.iterations=1")  # fits that these rewards do not look at
