@@ -173,12 +173,13 @@ class Acquisition:
         if best < tolerated or self.few:
             return
         surrogate, box = distrusted(condition(self.seen, _MORE_CAUTION)), self.box
-        bound = improvement_bound(surrogate, box, self.values, self.tau, (1.0 - _MARGIN) * best)
-        bound[~self._is_new(box)] = 0.0
+        bound, likely = improvement_bound(surrogate, box, self.values, self.tau, (1.0 - _MARGIN) * best)
+        old = ~self._is_new(box)
+        bound[old], likely[old] = 0.0, -np.inf
         u = self.solves.u[np.argmin(self.solves.losses[:, 0])]
         basins = max(2.0**self.p / len(box) / basin_volume(surrogate, u, self.tau, best), 1.0)
         if basins * bound.sum() > tolerated:
-            yield box[np.argmax(bound)]
+            yield box[np.argmax(likely)]
 
     def _of_the_folds(self) -> Iterator[NDArray[np.float64]]:
         """Where e_cv is most in doubt, the worst first, while its error is expected to be too large."""

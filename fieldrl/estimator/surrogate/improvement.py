@@ -22,30 +22,42 @@ from fieldrl.estimator.surrogate.predictions import Surrogate, linearise, predic
 
 _SHRINK, _GROW, _LEAST, _LARGEST = 0.2, 5.0, 1e-9, 1e8  # Marquardt's damping
 _RATES = 2.0 ** np.arange(14)  # where the bound is tried
-_INDEPENDENT = 5  # outputs that vary independently, for the bound: half of them, and no more than this
+_INDEPENDENT = 0.5  # the share of the outputs that vary independently, for the bound
+_SURELY = 5  # outputs that do so in any case; the cautious bound counts no more
 _STILL = 1e-7  # a step that ends a descent [half-width]
 
 
 def improvement_bound(
     surrogate: Surrogate, u: NDArray[np.float64], values: NDArray[np.float64], tikhonov: float, bar: float
-) -> NDArray[np.float64]:
-    """Cautious upper bound of the expected gain of fold 0 below ``bar`` at u (m, p): (m,) [field unit^2].
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cautious upper bound of the expected gain of fold 0 below ``bar`` at u (m, p), and which u are likely.
 
     From t <= exp(rate t - 1) / rate for every rate > 0, a Chernoff bound; the expectation has a closed form.
     Unlike an average over draws it sees gains of very small probability, of which there are many. Outputs in
     fact move together (where the feature passes, or not), which the surrogate does not know: doubts about
-    ten of them count as doubts about five, and those about sixty count no more.
+    many of them count as doubts about half as many, which tells likely places from others. How large a gain
+    may be is told by five at most: sixty samples of a field know no more of one another than ten.
+
+    Returns:
+        The bound (m,) [field unit^2], and the logarithm of one that is proportional to how likely it is (m,).
     """
-    independent = min(0.5, _INDEPENDENT / values.size)
     mean, deviation = predict(surrogate, u)
     square, variance = (mean - values) ** 2, deviation**2
-    penalty, n = tikhonov * np.sum(u * u, axis=1) / bar, values.size
-    exponents = np.empty((_RATES.size, len(u)))
+    penalty = tikhonov * np.sum(u * u, axis=1) / bar
+    cautious = _log_bound(square, variance, penalty, bar, min(_INDEPENDENT, _SURELY / values.size))
+    likely = _log_bound(square, variance, penalty, bar, _INDEPENDENT)
+    return bar * np.exp(np.minimum(cautious, 0.0)), likely
+
+
+def _log_bound(
+    square: NDArray, variance: NDArray, penalty: NDArray, bar: float, independent: float
+) -> NDArray:
+    n, exponents = square.shape[1], np.empty((_RATES.size, len(square)))
     for exponent, rate in zip(exponents, _RATES, strict=True):
         widened = 1.0 + (2.0 * rate / (n * bar)) * variance
         spread = np.sum(0.5 * independent * np.log(widened) + (rate / (n * bar)) * square / widened, axis=1)
         exponent[:] = rate - 1.0 - np.log(rate) - rate * penalty - spread
-    return bar * np.exp(np.minimum(exponents.min(axis=0), 0.0))
+    return exponents.min(axis=0)
 
 
 def basin_volume(surrogate: Surrogate, u: NDArray[np.float64], tikhonov: float, loss: float) -> float:
