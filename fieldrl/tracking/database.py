@@ -90,10 +90,11 @@ class Database:
         if experiment in self._described:
             return
         self._described.add(experiment)
-        found = self.client.get_experiment(self.experiment(experiment))
-        for name, text in tags.items():
-            if name not in found.tags:
-                self.client.set_experiment_tag(found.experiment_id, name, text)
+        experiment_id = self.experiment(experiment)
+        with self._first_use():  # MLflow fails where two processes set the same new tag at once
+            known = self.client.get_experiment(experiment_id).tags
+            for name in tags.keys() - known.keys():
+                self.client.set_experiment_tag(experiment_id, name, tags[name])
 
     def log_numbers(self, run_id: str, numbers: Mapping[str, float]) -> None:
         """Metrics of one value each."""
@@ -119,7 +120,7 @@ class Database:
         return self.client.create_experiment(experiment, artifact_location=place, tags=_KIND)
 
     def _first_use(self) -> FileLock:
-        """One process at a time makes the database, or an experiment in it."""
+        """One process at a time makes the database, or an experiment in it, or describes that."""
         return FileLock(lock_folder(self.output_dir) / "mlflow.lock")
 
 

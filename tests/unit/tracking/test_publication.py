@@ -6,7 +6,9 @@ import shutil
 import sqlite3
 import time
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 from typing import Any
 
 import numpy as np
@@ -166,6 +168,22 @@ def test_every_job_of_a_sweep_is_in_its_own_experiment_and_is_found_there_again(
     second = opened(sweep=sweep)
     assert second.parent == first.parent
     assert [second.begin(job).run_id for job in jobs] == ids
+
+
+def test_processes_that_describe_an_experiment_at_once_do_not_disturb_each_other(tmp_path, database):
+    shutil.copy(database, tmp_path)
+    writers, start = [Database(None, tmp_path) for _ in range(3)], Barrier(3, timeout=60)
+
+    def describe(writer: Database) -> None:
+        for round_ in range(10):
+            writer.experiment(f"experiment {round_}")
+            start.wait()
+            writer.describe(f"experiment {round_}", {"first": "1", "second": "2"})
+
+    with ThreadPoolExecutor(3) as pool:
+        list(pool.map(describe, writers))
+    tags = writers[0].client.get_experiment_by_name("experiment 9").tags
+    assert {"first": "1", "second": "2"}.items() <= tags.items()
 
 
 def test_a_database_that_is_locked_for_a_while_is_waited_for(opened, told, tmp_path, monkeypatch):
