@@ -46,6 +46,16 @@ examples
 A finished run is not computed again. HYDRA_FULL_ERROR=1 shows the traceback of an error."""
 
 
+_OPTIONS = {"clean": "output_dir=FOLDER, --yes (does not ask)"}  # of the others output_dir alone
+
+
+def of_verb(verb: str) -> str:
+    """The help of a verb that has none of its own."""
+    usage, what = VERBS[verb]
+    options = _OPTIONS.get(verb, "output_dir=FOLDER")
+    return f"usage: fieldrl {usage}\n\n{what}; options: {options}"
+
+
 def text() -> str:
     """The help."""
     return _TEXT.format(verbs=_verbs(), groups=_groups(), keys=_keys(), conf=directory())

@@ -20,6 +20,8 @@ VERBS: dict[str, str] = {
 }
 """The module and function behind each verb: it is given what follows the verb, and raises its errors."""
 
+_BRIEF = ("list", "show", "report", "clean")  # the others have a help of their own
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status.
@@ -27,6 +29,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     0: done; 1: an error, told in one to three lines; 130: interrupted.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments and arguments[0] in _BRIEF and {"--help", "-h"} & set(arguments):
+        from fieldrl.cli.help import of_verb
+
+        print(of_verb(arguments[0]))
+        return 0
     if arguments and arguments[0] in VERBS:
         return _guarded(lambda: _verb(arguments[0])(arguments[1:]))
     if {"--help", "-h"} & set(arguments):

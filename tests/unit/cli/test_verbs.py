@@ -41,3 +41,10 @@ def test_the_help_names_every_verb():
     for usage, what in help_text.VERBS.values():
         assert usage in help_text.text()
         assert what in help_text.text()
+
+
+@pytest.mark.parametrize("verb", sorted(help_text.VERBS))
+@pytest.mark.parametrize("flag", ["-h", "--help"])
+def test_every_verb_has_a_help(verb, flag, capsys):
+    assert command.main([verb, flag]) == 0
+    assert f"usage: fieldrl {help_text.VERBS[verb][0]}" in capsys.readouterr().out
