@@ -40,7 +40,7 @@ agents that act at random; how many are run again, with how many replicates; how
 SEED = 0
 """Of the search's proposals."""
 
-_SEEDS = 100  # a point's; those of its random agents reach 50 further
+_SEEDS = 100  # how far apart those of points are
 
 
 def make(settings: Settings) -> list[Judged]:

@@ -39,6 +39,9 @@ REPLICATES = {"paper": {"learner": 12, "random": 6}, "small": {"learner": 2, "ra
 SEED = 1
 """Of the judgement."""
 
+COLUMNS = ("", "score", *TRENDS, "hold", "by chance")
+"""Of the table of what was judged."""
+
 _MARKS = {Outcome.YES: "yes", Outcome.NO: "no", Outcome.OPEN: "open"}
 _CHANCE = 1000  # first seed of random agents, ten apart for each variation
 _VERSION = 1  # of what is kept
@@ -187,9 +190,6 @@ def show(judged: Sequence[Judged]) -> None:
         (f"{each.name}: {text}",) for each in judged for texts in each.measured.values() for text in texts
     ]
     report.show("What they rest on", ("first → last, paired difference [95 %]",), measured)
-
-
-COLUMNS = ("", "score", *TRENDS, "hold", "by chance")
 
 
 def rows_of(judged: Sequence[Judged]) -> list[list[str]]:

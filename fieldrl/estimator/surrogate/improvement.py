@@ -23,7 +23,7 @@ from fieldrl.estimator.surrogate.predictions import Surrogate, linearise, predic
 _SHRINK, _GROW, _LEAST, _LARGEST = 0.2, 5.0, 1e-9, 1e8  # Marquardt's damping
 _RATES = 2.0 ** np.arange(14)  # where the bound is tried
 _INDEPENDENT = 0.5  # the share of the outputs that vary independently, for the bound
-_SURELY = 5  # outputs that do so in any case; the cautious bound counts no more
+_MOST = 5  # the cautious bound takes no more outputs for independent
 _STILL = 1e-7  # a step that ends a descent [half-width]
 
 
@@ -35,17 +35,19 @@ def improvement_bound(
     From t <= exp(rate t - 1) / rate for every rate > 0, a Chernoff bound; the expectation has a closed form.
     Unlike an average over draws it sees gains of very small probability, of which there are many. Outputs in
     fact move together (where the feature passes, or not), which the surrogate does not know: doubts about
-    many of them count as doubts about half as many, which tells likely places from others. How large a gain
-    may be is told by five at most: sixty samples of a field know no more of one another than ten.
+    many of them count as doubts about half as many. That tells likely places from others; how large a gain
+    may be is judged more cautiously, by five independent outputs at most, however many samples there are.
 
     Returns:
-        The bound (m,) [field unit^2], and the logarithm of one that is proportional to how likely it is (m,).
+        The bound (m,) [field unit^2]; and the logarithm of its share of ``bar`` with half of the outputs
+        independent, by which places are ranked, (m,).
     """
     mean, deviation = predict(surrogate, u)
     square, variance = (mean - values) ** 2, deviation**2
     penalty = tikhonov * np.sum(u * u, axis=1) / bar
-    cautious = _log_bound(square, variance, penalty, bar, min(_INDEPENDENT, _SURELY / values.size))
-    likely = _log_bound(square, variance, penalty, bar, _INDEPENDENT)
+    cautious = likely = _log_bound(square, variance, penalty, bar, _INDEPENDENT)
+    if _INDEPENDENT * values.size > _MOST:
+        cautious = _log_bound(square, variance, penalty, bar, _MOST / values.size)
     return bar * np.exp(np.minimum(cautious, 0.0)), likely
 
 

@@ -85,6 +85,8 @@ def test_the_regret_of_the_fits_is_the_median_over_those_that_solved(record):
     learning, _ = metrics.each(traced)[0]
     np.testing.assert_array_equal(learning["fit/regret"], [0.5, 0.0])
     assert "fit/regret" not in metrics.middle(metrics.all_curves(traced)[:1])
+    (of_a_file,) = metrics.all_curves(traced.assign_attrs(kind="estimate"))
+    assert list(of_a_file) == ["fit/regret"]
 
 
 def test_what_runs_are_compared_by_tells_the_spread_of_all_samples_estimate():
