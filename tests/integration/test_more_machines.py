@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from fieldrl.cli.compose import composed
 from tests.integration.conftest import fieldrl
@@ -25,19 +26,32 @@ needs_submitit = pytest.mark.skipif(
 )
 
 
-def summaries(folder: Path) -> dict[str, dict]:
-    """Every summary by the run's name, without what the clock says."""
-    paths = (folder / "runs").glob("*/summary.json")
-    return {path.parent.name: json.loads(path.read_text()) | {"seconds": 0} for path in paths}
+def results(folder: Path) -> dict[str, tuple[dict, xr.Dataset]]:
+    """Summary and record of every run by its name, without what the clock says."""
+    found = {}
+    for path in (folder / "runs").glob("*/summary.json"):
+        summary = json.loads(path.read_text()) | {"seconds": 0}
+        found[path.parent.name] = summary, xr.load_dataset(path.with_name("record.nc"), engine="h5netcdf")
+    return found
+
+
+def agree(ours: dict[str, tuple[dict, xr.Dataset]], theirs: dict[str, tuple[dict, xr.Dataset]]) -> None:
+    """The same runs with the same numbers, bit for bit; says which differ."""
+    assert ours.keys() == theirs.keys()
+    for name, (summary, record) in ours.items():
+        other_summary, other = theirs[name]
+        differ = [str(key) for key in record.variables if not record[key].identical(other[key])]
+        assert (name, differ, record.identical(other)) == (name, [], True)
+        assert summary == other_summary
 
 
 @pytest.fixture(scope="module")
-def here(tmp_path_factory) -> dict[str, dict]:
+def here(tmp_path_factory) -> dict[str, tuple[dict, xr.Dataset]]:
     """What the sweep gives in one process."""
     folder = tmp_path_factory.mktemp("here")
     finished = fieldrl(folder, *SWEEP, "parallel=serial")
     assert finished.returncode == 0, finished.stderr
-    return summaries(folder / "outputs")
+    return results(folder / "outputs")
 
 
 @pytest.fixture
@@ -69,12 +83,12 @@ def test_on_a_dask_cluster_of_two_workers(tmp_path, here, address):
     finished = fieldrl(tmp_path, *SWEEP, "parallel=dask", f"parallel.address={address}")
     assert finished.returncode == 0, finished.stderr
     assert "2 jobs on 2 workers" in finished.stdout
-    assert summaries(tmp_path / "outputs") == here
+    agree(results(tmp_path / "outputs"), here)
     arguments = (*BUDGET, "replicates=2", "seed=0", "parallel=dask", f"parallel.address={address}")
     finished = fieldrl(tmp_path, *arguments, "output_dir=replicates")  # a run's replicates on the cluster
     assert finished.returncode == 0, finished.stderr
-    ((name, summary),) = summaries(tmp_path / "replicates").items()
-    assert summary == here[name]
+    ((name, result),) = results(tmp_path / "replicates").items()
+    agree({name: result}, {name: here[name]})
 
 
 @needs_submitit
@@ -82,7 +96,7 @@ def test_on_a_dask_cluster_of_two_workers(tmp_path, here, address):
 def test_by_submitit_as_on_slurm(tmp_path, here):
     finished = fieldrl(tmp_path, *SWEEP, "hydra/launcher=submitit_local", "parallel=serial")
     assert finished.returncode == 0, finished.stderr
-    assert summaries(tmp_path / "outputs") == here
+    agree(results(tmp_path / "outputs"), here)
 
 
 @needs_submitit
