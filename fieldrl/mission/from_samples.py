@@ -66,7 +66,7 @@ class Estimate:
 
     @property
     def std(self) -> dict[str, float]:
-        """Standard deviation by name, by Fisher information; infinite where nothing is told."""
+        """Standard deviation by name; infinite where nothing is told."""
         return dict(zip(self.parameters, self.assessment.std.tolist(), strict=True))
 
     @property

@@ -147,7 +147,7 @@ def _nothing(name: str, text: str, p: int) -> dict[str, Any]:
 
 def _variables(name: str, text: str, std: NDArray, interval: NDArray, identified: NDArray) -> dict[str, Any]:
     about = {
-        "std": f"standard deviation of {text}, by Fisher information",
+        "std": f"standard deviation of {text}",
         "interval": f"95 % profile-likelihood interval of {text}",
     }
     told = {part: {"units": _UNIT, "long_name": words} for part, words in about.items()}

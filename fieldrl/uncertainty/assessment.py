@@ -39,7 +39,8 @@ class Assessment:
     Args:
         parameters: the unknowns.
         estimate: theta of the fit, (p,).
-        std: by Fisher information at the estimate; infinite where nothing is told, (p,).
+        std: by Fisher information at the estimate, or what the interval about it stands for where that is
+            wider, as where the deviance has a kink; infinite where nothing is told, (p,).
         profile: intervals of probability ``level`` [half-width].
         identified: whether the interval is one piece, narrower than half the bounds, (p,).
         axes: principal axes of the estimate's uncertainty [half-width].
@@ -180,7 +181,7 @@ def _assess(
     return Assessment(
         parameters=parameters,
         estimate=np.asarray(theta, dtype=float),
-        std=wide.marginal * parameters.half_width,
+        std=_std(wide.marginal, intervals.half_widths(u), rise, variance) * parameters.half_width,
         profile=intervals,
         identified=identified(intervals),
         axes=wide,
@@ -198,6 +199,12 @@ def _assess(
         stated=noise,
         residuals=z[0] * noise.std,
     )
+
+
+def _std(fisher: NDArray, half_widths: NDArray, rise: float, variance: float) -> NDArray[np.float64]:
+    """The wider standard deviation: Fisher's, or that of a normal estimate with intervals of this width."""
+    finite = 0 < variance < np.inf and 0 < rise < np.inf
+    return np.maximum(fisher, half_widths / np.sqrt(rise / variance)) if finite else fisher
 
 
 def _doubtful(assessed: Assessment) -> NDArray[np.float64] | None:

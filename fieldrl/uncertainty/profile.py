@@ -43,6 +43,13 @@ class Profile(NamedTuple):
         """Least and greatest value of each unknown, (p, 2) [half-width]."""
         return np.array([(parts[0][0], parts[-1][1]) for parts in self.pieces])
 
+    def half_widths(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Of the piece about each unknown of a point u (p,), (p,) [half-width]; 0 where it lies in none."""
+        about = zip(u, self.pieces, strict=True)
+        return np.array(
+            [sum(high - low for low, high in parts if low <= v <= high) / 2 for v, parts in about]
+        )
+
 
 def profile(
     deviance: Deviance, places: NDArray[np.float64], least: float, rise: float, std: NDArray[np.float64]

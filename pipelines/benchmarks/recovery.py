@@ -6,8 +6,8 @@
 A truth lies anywhere in the inner nine tenths of the bounds. Sixty samples at random places and times (of
 the gyre: at whole times, as its vehicle takes them), noise as the vehicle's sensor has it, are made by the
 model that is fitted, so that nothing but noise is in the way; the double gyre's grid is small. Estimators
-are those of the experiments. An estimate is recovered where every unknown lies within three standard errors
-(Fisher information). Another one is told where each unknown that is further off is not identified, has
+are those of the experiments. An estimate is recovered where every unknown lies within three standard errors.
+Another one is told where each unknown that is further off is not identified, has
 several solutions, or has the truth in its 95 % interval; else it is silent, as often by chance as the table
 says. What is finished is kept in outputs/recovery/ until the code changes.
 Writes outputs/recovery.json.

@@ -66,8 +66,8 @@ def address(tmp_path) -> Iterator[str]:
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     processes = [subprocess.Popen(command, cwd=tmp_path, **quiet) for command in commands]
     end = time.monotonic() + 60
-    while not file.exists() and time.monotonic() < end:
-        time.sleep(0.1)
+    while not (file.exists() and file.read_text().endswith("}")) and time.monotonic() < end:
+        time.sleep(0.1)  # it is not written at one blow
     found = json.loads(file.read_text())["address"]
     with import_module("distributed").Client(found) as client:
         client.wait_for_workers(2, timeout=60)

@@ -33,6 +33,21 @@ class Line:
         return np.stack([slope * positions[:, 0], np.broadcast_to(times, (len(theta), len(times)))], axis=-1)
 
 
+@dataclass(frozen=True)
+class Kinked:
+    """y = a below 0, a / 5 above it: less is told of a that is greater."""
+
+    @property
+    def parameters(self) -> Parameters:
+        return Parameters(("a",), ("1",), (-10.0,), (10.0,))
+
+    def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
+        return np.repeat(np.where(theta < 0, theta, theta / 5), len(times), axis=1)
+
+    def jacobian(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
+        return np.repeat(np.where(theta < 0, 1.0, 0.2), len(times), axis=1)[..., None]
+
+
 class Opaque:
     """A model without its derivatives, which counts its solves."""
 

@@ -11,7 +11,7 @@ from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import FitProblem
 from fieldrl.pde.advection import Advection
 from fieldrl.uncertainty import Noise, assess, noise_of, verdict
-from tests.unit.uncertainty.fit_problems import Line, Opaque, line, nothing_seen, plume
+from tests.unit.uncertainty.fit_problems import Kinked, Line, Opaque, line, nothing_seen, plume
 
 
 def linear_answer(problem):
@@ -95,6 +95,15 @@ def test_a_sign_that_is_not_told_gives_two_pieces_and_two_solutions():
     text = verdict(found)
     assert text.startswith("Two solutions fit: (a, b) = (")
     assert "a is not told by these samples: every value in (-" in text
+
+
+def test_beside_a_kink_the_standard_deviation_is_that_of_the_interval():
+    """Four samples at -0.01 each, noise 1: Fisher's is 1 / 2 there, and 5 / 2 on the other side."""
+    samples = Samples.of(np.zeros((4, 2)), np.arange(4.0), np.full(4, -0.01))
+    found = assess(FitProblem(Kinked(), samples, 0.0, False), np.array([-0.01]), noise_of(samples, 1.0))
+    reach = norm.ppf(0.975) / 2
+    np.testing.assert_allclose(found.interval, [[-0.01 - reach, 5 * (reach - 0.01)]], rtol=3e-3)
+    np.testing.assert_allclose(found.std, [(6 * reach - 0.04) / norm.ppf(0.975) / 2], rtol=3e-3)
 
 
 def test_an_estimate_in_the_wrong_minimum_is_told():
