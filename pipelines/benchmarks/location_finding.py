@@ -12,7 +12,8 @@ The strategies (``placing``):
 
 - random: N(0, 1), as in the paper.
 - spread: a fixed design, as dense as the prior (R sequence).
-- greedy_information: the agent, whose rule is that of ``fieldrl suggest``, too.
+- greedy_information: the agent.
+- suggest: the same rule as ``fieldrl suggest`` has it, on a grid of 50 x 50 places within (-4, 4).
 - planner: the agent, one step ahead, with a population that covers the places.
 - expected_information: not an agent, but made of what is shipped: the information of one sample more,
   expected over draws of what explains the samples (``fieldrl.uncertainty``); rings are about the sources of

@@ -2,8 +2,8 @@
 
 The unknowns are levels of the coordinates, for a model says of its unknowns that they lie anywhere within
 their bounds, and anywhere among the levels is the prior of the task. Estimates are those of ``LeastSquares``,
-with its defaults. Agents plan for a vehicle; here it jumps, and an action is a place: places are spread as
-the prior is, and lie on rings about the sources of the estimate.
+with its defaults. Agents plan for a vehicle; here it jumps, and an action is a place: some are spread as the
+prior is, the others lie on rings about the sources of the estimate, 0.02 to 1 from them.
 """
 
 from __future__ import annotations
@@ -21,17 +21,20 @@ from fieldrl.agent.greedy_information import GreedyInformation
 from fieldrl.agent.planner import Planner
 from fieldrl.agent.planning import Planning
 from fieldrl.agent.situation import Situation
+from fieldrl.core.domain import Domain
+from fieldrl.core.information import sensitivities
 from fieldrl.core.samples import Samples
 from fieldrl.estimator.designs import additive_recurrence, cover
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import FitProblem
 from fieldrl.mission.world import world
-from fieldrl.uncertainty import Assessment, assess, draws, noise_of
+from fieldrl.uncertainty import Assessment, assess, design, draws, noise_of
 from pipelines.benchmarks.sources import NOISE, UNKNOWNS, Sources, means, places
 
 _RADII, _ANGLES = np.geomspace(0.02, 1.0, 6), np.arange(8) * np.pi / 4  # of the rings
 _SPREAD = 128  # places that are spread as the prior is
 _DRAWS, _RINGED = 100, 6  # draws, and of how many the sources have rings
+_FAR, _CELLS = 4.0, 50  # half the side of a grid, and its cells along it
 _NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(3)  # of the noise of one sample more
 
 Chooser = Callable[[Samples, int, np.random.Generator], NDArray[np.float64]]
@@ -118,6 +121,19 @@ def by(agent: Planning) -> Chooser:
     return choose
 
 
+def by_suggestion() -> Chooser:
+    """The best of a grid by the rule of ``fieldrl suggest``."""
+    estimates, grid = Estimates(), Domain((-_FAR, -_FAR), (_FAR, _FAR)).grid(_CELLS, _CELLS).points
+
+    def choose(samples: Samples, _left: int, _rng: np.random.Generator) -> NDArray[np.float64]:
+        theta, sites = estimates.of(samples), np.concatenate([samples.positions, grid])
+        slopes = sensitivities(estimates.model, theta, sites, np.zeros(len(sites)), NOISE)
+        before, after = np.split(slopes, [len(samples)])
+        return grid[design.greedy(before.T @ before, after, 1)[0][0]]
+
+    return choose
+
+
 def by_expectation() -> Chooser:
     """The candidate whose sample is expected to tell most, over draws of what explains the samples."""
     estimates = Estimates()
@@ -153,6 +169,7 @@ STRATEGIES: dict[str, Callable[[], Chooser]] = {
     "random": lambda: random,
     "spread": lambda: fixed,
     "greedy_information": lambda: by(GreedyInformation()),
+    "suggest": by_suggestion,
     "planner": lambda: by(Planner(horizon=1, population=512)),
     "expected_information": by_expectation,
 }
