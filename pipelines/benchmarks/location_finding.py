@@ -148,7 +148,7 @@ def row(name: str, found: Sequence[dict[str, float]]) -> tuple[str, ...]:
 
 def published() -> list[tuple[str, ...]]:
     """The lines of others."""
-    return [(*line, "", "", "", "" if s is None else f"{s / MEASUREMENTS:.2g}") for *line, s in PUBLISHED]
+    return [(*line, "", "", "", "" if s is None else f"{s / MEASUREMENTS:.3g}") for *line, s in PUBLISHED]
 
 
 def main() -> None:

@@ -195,4 +195,4 @@ def test_the_table_has_means_with_standard_errors_and_the_published_lines():
     assert location_finding.row("ours", found) == ("ours", "2", *["2.00 ± 1.00"] * 4, "2", "0.5")
     lines = location_finding.published()
     assert {len(line) for line in lines} == {len(location_finding.COLUMNS)}
-    assert ("DAD [1]", "2048", "10.926 ± 0.036", "12.382 ± 0.095", "", "", "", "0.0016") in lines
+    assert ("DAD [1]", "2048", "10.926 ± 0.036", "12.382 ± 0.095", "", "", "", "0.00158") in lines
