@@ -10,12 +10,15 @@
 - ``flows``: what a flow costs: one solve on the experiment's grid, built-in and of one's own
 - ``global_minimum``: whether fits are global minima: LeastSquares against SciPy from 32 starts
 - ``interval_cost``: what intervals, regions and the field's standard deviation cost a run
+- ``location_finding``: a public yardstick: two sources in the plane, beside the published numbers of others
 - ``oracle``: the double gyre in py-pde, to compare the solver with
 - ``performance_profile``: the share of problems that a method has solved, against the solves it took
+- ``placing``: where the next sensor goes: the strategies of ``location_finding``
 - ``recovery``: whether unknowns are found again: every kind, random truths, in both experiments
 - ``reduced_model``: the reduced-order model of the double gyre beside full solves: error, speed, estimates
 - ``run_cost``: what checkpoints and tracking cost a run
 - ``solver``: how good and how fast the solver is, beside py-pde
+- ``sources``: two sources in the plane: the model of ``location_finding``, and bounds of information
 - ``sweep_cost``: what a sweep costs beside its runs
 - ``unknowns``: how estimators for dear models cope with one to six unknowns
 """
