@@ -22,6 +22,8 @@ from fieldrl.estimator.problem import Fit, FitProblem, ForwardModel
 from fieldrl.estimator.surrogate.acquisition import Acquisition, Solves, neighbours, overlooked
 
 _SOLVES = 2.0  # of a fit, typically, when earlier ones are known
+_EACH, _AT_LEAST = 30, 60  # solves for each unknown, and in all, where that is left to the estimator
+_LEAST = {"initial": 2, "budget": 1, "neighbours": 10, "memory": 10, "batch": 1, "workers": 1}
 _PROPOSAL, _SAMPLE = 4e-3, 4e-4  # time of a proposal, and for each sample in it [s]
 
 
@@ -34,14 +36,15 @@ class Composite:
 
     Args:
         initial: solves before the surrogate is first asked, >= 2; those already known count.
-        budget: at most so many new solves in a fit.
+        budget: at most so many new solves in a fit; None: 30 for each unknown, 60 at least.
         tolerance: fold 0 ends within this share of its least loss (and within a tenth of a standard deviation
             of its minimiser).
         fold_tolerance: the folds end when e_cv is known to this share.
         floor: with few samples, an error in the sum of squared residuals less than this is never worth a
             solve; nor is a hidden basin that gains less [field unit^2].
         share: start from the solves that earlier fits left in the problem.
-        neighbours: the surrogate is conditioned on at most so many solves, the best and a few far ones.
+        neighbours: the surrogate is conditioned on at most so many solves, the best and a few far ones; None:
+            30 for each unknown, 60 at least.
         memory: at most so many solves are handed on to later fits, chosen in the same way.
         batch: solves proposed at a time, each as if the others had met the surrogate's mean.
         workers: threads that solve a batch.
@@ -49,27 +52,21 @@ class Composite:
     """
 
     initial: int = 4
-    budget: int = 60
+    budget: int | None = None
     tolerance: float = 0.0003
     fold_tolerance: float = 0.01
     floor: float = 0.1
     share: bool = True
-    neighbours: int = 60
+    neighbours: int | None = None
     memory: int = 250
     batch: int = 1
     workers: int = 1
     tikhonov: float = 1e-3
 
     def __post_init__(self) -> None:
-        for name, least in (
-            ("initial", 2),
-            ("budget", 1),
-            ("neighbours", 10),
-            ("memory", 10),
-            ("batch", 1),
-            ("workers", 1),
-        ):
-            checks.integer(name, getattr(self, name), least)
+        for name, least in _LEAST.items():
+            if getattr(self, name) is not None or name not in ("budget", "neighbours"):
+                checks.integer(name, getattr(self, name), least)
         checks.positive("tolerance", self.tolerance)
         checks.positive("fold_tolerance", self.fold_tolerance)
         checks.positive("floor", self.floor, "field unit^2")
@@ -79,11 +76,12 @@ class Composite:
     def cost(self, extent: Extent, model: ForwardModel) -> Cost:
         """The surrogate of all samples' predictions at the end, and the proposals and solves until then."""
         n, pooled = extent.steps, extent.samples
-        near = min(self.neighbours, self.budget + self.memory * self.share, self.budget * pooled) + 4
-        solves = min(max(self.initial / n, _SOLVES), self.budget)
+        budget, most = (_limit(given, extent.parameters) for given in (self.budget, self.neighbours))
+        near = min(most, budget + self.memory * self.share, budget * pooled) + 4
+        solves = min(max(self.initial / n, _SOLVES), budget)
         propose = (_PROPOSAL + _SAMPLE * n) * (1 + (near / 64) ** 2) / 2
-        course = 4 * pooled * self.budget * (2 + extent.parameters)
-        memory = DOUBLE * (pooled * (near**2 + 6000) + 20 * self.budget + 3 * self.memory * n + course)
+        course = 4 * pooled * budget * (2 + extent.parameters)
+        memory = DOUBLE * (pooled * (near**2 + 6000) + 20 * budget + 3 * self.memory * n + course)
         one = solve_seconds(model, n)
         seconds = pooled * ((solves + 1) * propose + solves * one) + pooled * near**2 * 1e-6
         return Cost(memory, seconds, by=("budget", "initial", "neighbours", "memory"))
@@ -93,11 +91,13 @@ class Composite:
         problem = replace(problem, tikhonov=self.tikhonov)
         if not len(problem.samples):
             return at_centre(problem, self.share)
-        evaluations = Evaluations(problem, self.share, self.workers)
-        _begin(self, problem, evaluations)
+        evaluations, p = Evaluations(problem, self.share, self.workers), len(problem.model.parameters)
+        budget, most = _limit(self.budget, p), _limit(self.neighbours, p)
+        _begin(problem, evaluations, self.initial, budget)
         while True:
-            acquisition = Acquisition(self, problem, _known(problem, evaluations), evaluations.failed)
-            proposals, acquisition = _propose(acquisition, min(self.batch, self.budget - evaluations.count))
+            known = _known(problem, evaluations)
+            acquisition = Acquisition(self, problem, known, evaluations.failed, neighbours(known, most))
+            proposals, acquisition = _propose(acquisition, min(self.batch, budget - evaluations.count))
             if not proposals:
                 return self._conclude(acquisition, evaluations)
             evaluations.ask_all(proposals)
@@ -120,11 +120,16 @@ class Composite:
         )
 
 
-def _begin(settings: Composite, problem: FitProblem, evaluations: Evaluations) -> None:
+def _limit(given: int | None, unknowns: int) -> int:
+    """Of solves: as given, or what so many unknowns need."""
+    return max(_EACH * unknowns, _AT_LEAST) if given is None else given
+
+
+def _begin(problem: FitProblem, evaluations: Evaluations, initial: int, budget: int) -> None:
     """Solve the initial design, less what is known; its first point is theta0."""
     parameters = problem.model.parameters
-    for u in additive_recurrence(settings.budget, len(parameters)):
-        if len(evaluations.theta) >= settings.initial or evaluations.count >= settings.budget:
+    for u in additive_recurrence(budget, len(parameters)):
+        if len(evaluations.theta) >= initial or evaluations.count >= budget:
             break
         evaluations.ask(parameters.centre + parameters.half_width * u)
     if not len(evaluations.theta):

@@ -55,14 +55,14 @@ def test_least_squares_finds_them_within_their_standard_errors(p):
 
 
 @pytest.mark.parametrize("p", COUNTS)
-def test_composite_finds_the_same_minimum_or_says_that_it_did_not(p):
+def test_composite_finds_the_same_minimum_within_its_budget(p):
     of, _ = problem(p, leave_one_out=False)
     least = LeastSquares().fit(of).loss[0]
     dear = FitProblem(Dear(of.model), of.samples, of.tikhonov, False)
     fit = Composite().fit(dear)
-    if fit.converged[0] or p <= 4:
-        assert fit.loss[0] < 1.01 * least
-    assert fit.evaluations <= Composite().budget
+    assert fit.converged[0]
+    assert fit.loss[0] < 1.01 * least
+    assert fit.evaluations <= max(30 * p, 60)
 
 
 @pytest.mark.parametrize("p", COUNTS)

@@ -49,9 +49,6 @@ class Settings(Protocol):
     @property
     def floor(self) -> float: ...
 
-    @property
-    def neighbours(self) -> int: ...
-
 
 class Solves(NamedTuple):
     """k solves: scaled unknowns (k, p), predictions (k, n) [field unit], losses (k, folds) [field unit^2]."""
@@ -76,14 +73,13 @@ class Acquisition:
         problem: FitProblem,
         known: Solves,
         failed: NDArray[np.float64],
-        near: NDArray[np.int64] | None = None,
+        near: NDArray[np.int64],
     ) -> None:
         self.settings, self.problem, self.known, self.failed = settings, problem, known, failed
         self.p, self.n = len(problem.model.parameters), len(problem.samples)
         self.values, self.tau = problem.samples.values, problem.tikhonov
         self.weights = np.array(problem.weights)
-        self.near = neighbours(known, settings.neighbours) if near is None else near
-        self.solves = known.at(self.near)
+        self.near, self.solves = near, known.at(near)
         self.seen = evidence(self.solves.u, self.solves.outputs, self.values)
         self.surrogate = condition(self.seen, _CAUTION)
         self.box = np.array(cover(_COVER, self.p))
