@@ -18,6 +18,7 @@ Takes half an hour.
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import math
 from collections.abc import Callable, Mapping
@@ -53,6 +54,7 @@ from fieldrl.pde.flow import (
 from fieldrl.pde.initial import InitialFeature
 from fieldrl.pde.solutions import Solutions
 from fieldrl.pde.source import LocalisedSource
+from fieldrl.runs import atomic
 from fieldrl.runs.contents import package
 from fieldrl.uncertainty import assess, noise_of
 from fieldrl.vehicle.sensor import Sensor
@@ -108,7 +110,9 @@ def currents(folder: Path) -> Path:
         places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         uv = np.array([flow.velocity((0.25, 0.6), places, time) for time in t]).reshape(3, 41, 21, 2)
         folder.mkdir(parents=True, exist_ok=True)
-        np.savez(path, x=x, y=y, t=t, u=uv[..., 0], v=uv[..., 1])
+        content = io.BytesIO()
+        np.savez(content, x=x, y=y, t=t, u=uv[..., 0], v=uv[..., 1])
+        atomic.write(path, content.getvalue())  # several processes may be the first
     return path
 
 
