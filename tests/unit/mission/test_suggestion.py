@@ -51,9 +51,9 @@ def test_the_best_place_is_the_one_that_brute_force_finds(found):
     assert sorted(suggested.positions.tolist()) == sorted(best.tolist())
     places = np.concatenate([found.samples.positions, suggested.positions])
     slopes = WATER.jacobian(found.theta[None], places, np.append(found.samples.times, [9.0, 9.0]))[0]
-    expected = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
-    assert suggested.std[-1] == pytest.approx(expected, rel=1e-6)
-    assert suggested.std[0] == pytest.approx(list(found.std.values()), rel=1e-6)
+    for std, some in ((suggested.std[0], slopes[:-2]), (suggested.std[-1], slopes)):
+        assert std == pytest.approx(np.sqrt(np.diag(np.linalg.inv(some.T @ some))), rel=1e-6)
+    assert suggested.std[0] == pytest.approx(list(found.std.values()), rel=0.01)
 
 
 def test_samples_that_were_suggested_shrink_the_intervals_more_than_samples_by_chance():
