@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import multiprocessing.process
 import os
+import subprocess
 import sys
 import threading
 from collections.abc import Mapping, Sequence
@@ -12,6 +13,7 @@ from contextlib import nullcontext
 from multiprocessing import get_context
 from pathlib import Path
 from subprocess import CompletedProcess
+from types import SimpleNamespace
 
 from filelock import FileLock
 
@@ -78,6 +80,7 @@ def _be_command(
     said: Sequence[Path],
 ) -> None:
     from fieldrl.cli.main import main
+    from fieldrl.tracking import mlflow
     from pipelines.faults.fuzz_workers import without_figures
 
     multiprocessing.process._parent_process = None  # type: ignore[attr-defined]  # a command, no worker
@@ -88,8 +91,48 @@ def _be_command(
     for number, path in enumerate(said, 1):
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
     sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False) for number in (1, 2))  # noqa: SIM115
+    if "PYTHONPATH" not in environment:  # there MLflow is another one, or none
+        known = {name: getattr(subprocess, name) for name in ("PIPE", "DEVNULL", "TimeoutExpired")}
+        mlflow.subprocess = SimpleNamespace(Popen=_Publisher, **known)  # type: ignore[assignment]
     with nullcontext() if figures else without_figures():
         status = main(list(arguments))
     threading._shutdown()  # type: ignore[attr-defined]  # as the interpreter does before it ends
     atexit._run_exitfuncs()
     sys.exit(status)
+
+
+class _Publisher:
+    """The process that publishes for a command: forked, too, for it takes MLflow longer to be imported."""
+
+    def __init__(self, command: Sequence[str], env: Mapping[str, str], **_: object) -> None:
+        asked, answered = os.pipe(), os.pipe()
+        self._process = get_context("fork").Process(
+            target=self._publish, args=(command[-1], env, asked, answered)
+        )
+        self._process.start()
+        os.close(asked[0])
+        os.close(answered[1])
+        self.stdin, self.stdout = os.fdopen(asked[1], "wb"), os.fdopen(answered[0], "rb")
+
+    @staticmethod
+    def _publish(
+        step_back: str, environment: Mapping[str, str], asked: tuple[int, int], answered: tuple[int, int]
+    ) -> None:
+        from fieldrl.tracking import publisher
+
+        os.setsid()
+        os.environ.clear()
+        os.environ.update(environment)
+        for old, new in ((asked[0], 0), (answered[1], 1), (os.open(os.devnull, os.O_WRONLY), 2)):
+            os.dup2(old, new)
+        os.closerange(3, 1024)  # among them the command's locks
+        sys.stdin, sys.argv = open(0), ["publisher", step_back]  # noqa: SIM115
+        publisher.main()
+
+    def wait(self, timeout: float | None = None) -> None:
+        self._process.join(timeout)
+        if self._process.exitcode is None:
+            raise subprocess.TimeoutExpired("publisher", timeout or 0.0)
+
+    def kill(self) -> None:
+        self._process.kill()
