@@ -91,7 +91,7 @@ def _be_command(
     for number, path in enumerate(said, 1):
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
     sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False) for number in (1, 2))  # noqa: SIM115
-    if "PYTHONPATH" not in environment:  # there MLflow is another one, or none
+    if "PYTHONPATH" not in environment:  # with modules of one's own: the process that users have
         known = {name: getattr(subprocess, name) for name in ("PIPE", "DEVNULL", "TimeoutExpired")}
         mlflow.subprocess = SimpleNamespace(Popen=_Publisher, **known)  # type: ignore[assignment]
     with nullcontext() if figures else without_figures():
