@@ -180,8 +180,8 @@ def kept(
     text = json.dumps([name, RESULTS, __version__, list(parts)], sort_keys=True)
     path = settings.folder / "derived" / f"{name}-{hashlib.sha256(text.encode()).hexdigest()[:10]}.nc"
     if not path.exists():
-        atomic.write(path, partial(compute().to_netcdf, engine="h5netcdf"))
-    return xr.load_dataset(path, engine="h5netcdf")
+        atomic.write(path, partial(compute().to_netcdf, engine="netcdf4"))
+    return xr.load_dataset(path, engine="netcdf4")
 
 
 def command(make: Callable[[Settings], Any]) -> None:
@@ -210,7 +210,7 @@ def _load(wanted: Wanted, output_dir: str) -> Found:
     """A finished run from its folder."""
     config = _configuration(wanted) | {"output_dir": output_dir}
     run = Job.of(config, wanted.experiment, {}).run
-    record = xr.load_dataset(run.folder / "record.nc", engine="h5netcdf")
+    record = xr.load_dataset(run.folder / "record.nc", engine="netcdf4")
     return Found(wanted, run.key, record, (run.summary() or {})["seconds"])
 
 

@@ -43,7 +43,7 @@ def recorded(experiment: str, overrides: Sequence[str] = ()) -> tuple[xr.Dataset
     import xarray as xr
 
     job, summary = performed(experiment, overrides)
-    return xr.load_dataset(job.run.folder / "record.nc", engine="h5netcdf"), summary
+    return xr.load_dataset(job.run.folder / "record.nc", engine="netcdf4"), summary
 
 
 def performed(experiment: str, overrides: Sequence[str] = ()) -> tuple[Job, dict[str, Any]]:

@@ -28,7 +28,6 @@ from fieldrl.core.domain import Domain, Grid
 from fieldrl.core.exponential import exponential, exponentials
 from fieldrl.core.kinds import OR_NULL, component
 from fieldrl.core.parameters import Parameters
-from fieldrl.pde import advection_unknowns
 from fieldrl.pde.flow import UniformFlow
 from fieldrl.pde.initial import InitialFeature, check_visible
 from fieldrl.pde.source import LocalisedSource
@@ -120,7 +119,7 @@ class Advection:
     @property
     def kernel(self) -> int:
         """Address of the compiled MODEL function."""
-        return int((_model if self.unknown is None else advection_unknowns.kernel).address or 0)
+        return int((_model if self.unknown is None else _with_unknowns().kernel).address or 0)
 
     @cached_property
     def constants(self) -> NDArray[np.float64]:
@@ -176,8 +175,15 @@ class Advection:
         theta = np.ascontiguousarray(theta, dtype=float)
         positions = np.ascontiguousarray(positions, dtype=float)
         times = np.ascontiguousarray(times, dtype=float)
-        evaluate = _evaluate if self.unknown is None else advection_unknowns.evaluate
+        evaluate = _evaluate if self.unknown is None else _with_unknowns().evaluate
         return evaluate(theta, positions, times, self.constants)
+
+
+def _with_unknowns() -> Any:
+    """The loops for unknowns of one's choice: loading them takes a while, and few runs need them."""
+    from fieldrl.pde import advection_unknowns
+
+    return advection_unknowns
 
 
 @lru_cache(maxsize=64)

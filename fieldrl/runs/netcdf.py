@@ -13,7 +13,7 @@ from fieldrl.runs import atomic
 if TYPE_CHECKING:
     import xarray as xr
 
-_ENGINE = "h5netcdf"
+_ENGINE = "netcdf4"
 _POSTERIOR = "posterior"  # the variable that is a group of its own on disk
 
 

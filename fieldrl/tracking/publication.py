@@ -232,7 +232,7 @@ class Publication:
         if published is None or published.status != "RUNNING":
             published = self.begin(run)
         if len(published.each) < run["replicates"]:
-            with xr.open_dataset(folder / "record.nc", engine="h5netcdf") as record:
+            with xr.open_dataset(folder / "record.nc", engine="netcdf4") as record:
                 each = metrics.all_curves(record)
             for number, curves in enumerate(each):
                 self.replicate(run, number, curves)

@@ -107,7 +107,7 @@ def results(folder: Path) -> dict[str, Any]:
     found = {}
     for path in folder.glob("outputs/runs/*/summary.json"):
         summary = json.loads(path.read_text()) | {"seconds": 0}
-        found[path.parent.name] = xr.load_dataset(path.parent / "record.nc", engine="h5netcdf"), summary
+        found[path.parent.name] = xr.load_dataset(path.parent / "record.nc", engine="netcdf4"), summary
     return found
 
 

@@ -45,7 +45,7 @@ def test_samples_of_a_file_give_the_unknowns(samples, capsys):
     assert summary["e_total"] == pytest.approx(summary["e_f"] + summary["e_cv"])
     drawn = {path.stem for path in (folder / "figures").glob("*.png")}
     assert drawn == {"samples", "residuals", "fit", "field_std", "regions"}
-    with xr.open_dataset(folder / "record.nc", engine="h5netcdf") as record:
+    with xr.open_dataset(folder / "record.nc", engine="netcdf4") as record:
         assert np.isnan(record["true"]).all()
         assert np.isnan(record["field_true"]).all()
         assert 0.0 < record["field_std"].max() < 2.0 * summary["noise"]

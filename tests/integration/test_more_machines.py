@@ -31,7 +31,7 @@ def results(folder: Path) -> dict[str, tuple[dict, xr.Dataset]]:
     found = {}
     for path in (folder / "runs").glob("*/summary.json"):
         summary = json.loads(path.read_text()) | {"seconds": 0, "record": ""}
-        found[path.parent.name] = summary, xr.load_dataset(path.with_name("record.nc"), engine="h5netcdf")
+        found[path.parent.name] = summary, xr.load_dataset(path.with_name("record.nc"), engine="netcdf4")
     return found
 
 

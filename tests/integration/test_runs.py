@@ -24,7 +24,7 @@ SCHEMA = {
 
 def record(folder, output_dir="outputs") -> xr.Dataset:
     (path,) = (folder / output_dir / "runs").glob("*/record.nc")
-    with xr.open_dataset(path, engine="h5netcdf") as found:
+    with xr.open_dataset(path, engine="netcdf4") as found:
         return found.load()
 
 

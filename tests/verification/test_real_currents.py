@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(not _FILE.exists(), reason=f"needs {_FILE.name};
 @pytest.fixture(scope="module")
 def currents(tmp_path_factory):
     """The window in km and hours, as docs/flows.md wants it, and what it was made of."""
-    with xr.open_dataset(_FILE, engine="h5netcdf") as file:
+    with xr.open_dataset(_FILE, engine="netcdf4") as file:
         data = file.isel(depth=0, **WINDOW).load()
     hours = (data["time"] - data["time"][0]) / np.timedelta64(1, "h")
     x, y = (data[name] / _METRES - data[name][0] / _METRES for name in ("X", "Y"))

@@ -91,7 +91,7 @@ def _read(path: str) -> dict[str, Any]:
                 return {name: file[name] for name in _NAMES if name in file}
         import xarray as xr
 
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as data:
             order = [name for name in ("t", "x", "y") if name in data.dims]
             return {
                 name: data[name].transpose(*order).values if name in ("u", "v") else data[name].values

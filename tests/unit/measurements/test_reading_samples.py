@@ -74,7 +74,7 @@ def test_parquet_netcdf_frames_and_mappings_give_the_same_samples(tmp_path):
     frame = pd.DataFrame(ROWS)
     frame.to_parquet(tmp_path / "samples.parquet")
     data = xr.Dataset({name: ("row", values) for name, values in ROWS.items()})
-    data.to_netcdf(tmp_path / "samples.nc", engine="h5netcdf")
+    data.to_netcdf(tmp_path / "samples.nc", engine="netcdf4")
     data.to_netcdf(tmp_path / "classic.nc", engine="scipy")
     reader = SampleFile()
     for name in ("samples.parquet", "samples.nc", "classic.nc"):
@@ -106,7 +106,7 @@ def test_a_cf_trajectory_is_read_by_its_standard_names(tmp_path):
     data.when.attrs["standard_name"] = "time"
     data.phi.attrs |= {"standard_name": "latitude", "units": "degrees_north"}
     data.lam.attrs |= {"standard_name": "longitude", "units": "degrees_east"}
-    data.to_netcdf(tmp_path / "drifters.nc", engine="h5netcdf")
+    data.to_netcdf(tmp_path / "drifters.nc", engine="netcdf4")
     reader = SampleFile(
         columns={"value": "salinity"}, units={"length": "1 km", "time": "6 h"}, origin=[10.0, 54.0]
     )

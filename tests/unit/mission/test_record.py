@@ -130,8 +130,8 @@ def test_attributes_hold_the_domain_and_its_obstacles(record):
 
 def test_the_record_survives_netcdf_with_its_attributes(record, tmp_path):
     path = tmp_path / "record.nc"
-    record.to_netcdf(path, engine="h5netcdf")
-    with xr.open_dataset(path, engine="h5netcdf") as kept:
+    record.to_netcdf(path, engine="netcdf4")
+    with xr.open_dataset(path, engine="netcdf4") as kept:
         xr.testing.assert_equal(kept.load(), record)
         for name in [*record.data_vars, "x", "y"]:
             assert kept[name].attrs == record[name].attrs

@@ -225,7 +225,7 @@ def test_netcdf_and_npz_files_are_the_same_flow(grid_file, tmp_path):
         dims = {"x": "x", "y": "y", "t": "t", "u": ("t", "x", "y"), "v": ("t", "x", "y")}
         data = xr.Dataset({name: (dims[name], file[name]) for name in ("u", "v")},
                           {name: file[name] for name in "xyt"})  # fmt: skip
-    data.transpose("y", "t", "x").to_netcdf(tmp_path / "currents.nc", engine="h5netcdf")
+    data.transpose("y", "t", "x").to_netcdf(tmp_path / "currents.nc", engine="netcdf4")
     flows = GriddedFlow(grid_file), GriddedFlow(tmp_path / "currents.nc")
     assert flows[0].contents == flows[1].contents
 

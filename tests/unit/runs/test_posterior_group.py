@@ -18,13 +18,13 @@ def test_a_record_with_draws_is_written_with_a_group_and_read_as_it_was(tmp_path
     mission, path = small(episodes=1, evaluation_episodes=0, posterior=SAMPLER), tmp_path / "record.nc"
     record = combine([run_replicate(mission, 0, i) for i in (0, 1)], mission).assign_attrs(key="k")
     netcdf.write(record, path)
-    group = xr.load_dataset(path, engine="h5netcdf", group="posterior")
+    group = xr.load_dataset(path, engine="netcdf4", group="posterior")
     assert list(group) == ["b_x", "b_y"]
     assert group["b_x"].dims == ("chain", "draw", "replicate")
     np.testing.assert_array_equal(
         group["b_y"].transpose("replicate", "chain", "draw"), record["posterior"].sel(parameter="b_y")
     )
-    assert "posterior" not in xr.load_dataset(path, engine="h5netcdf")
+    assert "posterior" not in xr.load_dataset(path, engine="netcdf4")
     again = netcdf.read(path, "k")
     assert again is not None
     xr.testing.assert_equal(again, record)
