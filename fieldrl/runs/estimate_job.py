@@ -128,7 +128,7 @@ def _compute(given: EstimateJob, display: Display) -> dict[str, Any]:
     summary = known | summarise(record) | expected | noise
     used |= {"notes": list(reading.notes), "time_zero": reading.time_zero, "degrees": reading.degrees}
     summary |= {"samples": used, "seconds": round(time.time() - started, 3)}
-    summary = _finite(summary) | {"record": run.record_digest()}
+    summary = _finite(summary) | run.checksums(record)
     job.conclude(record, summary, given.told())
     display.result(summary, run, job.publish(given.told(), again=job.config["force"]))
     return summary

@@ -15,12 +15,15 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from filelock import FileLock, Timeout
 
 from fieldrl.core.checks import InvalidValue
 from fieldrl.runs import atomic
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _TRACKED = "tracking.json"
 
@@ -95,6 +98,10 @@ class ResultFolder:
             lock.release()
 
 
+VARIES = "seconds", "record_file"
+"""What summaries of equal results may differ in: HDF5 notes when it made a file."""
+
+
 class Run(ResultFolder):
     """A run and its place on disk."""
 
@@ -104,15 +111,21 @@ class Run(ResultFolder):
         """The result of a finished run; None where there is none, or one of its files is damaged."""
         summary = json_of(self.folder / "summary.json")
         complete = summary.get("finished") and summary.get("key") == self.key
-        digest = self.record_digest() if complete else ""
+        digest = self._record_digest() if complete else ""
         if not digest:
             return None
-        if summary.get("record", digest) != digest:
+        if summary.get("record_file", digest) != digest:
             warnings.warn(f"{self.folder / 'record.nc'}: is damaged; the run is done again", stacklevel=2)
             return None
         return summary
 
-    def record_digest(self) -> str:
+    def checksums(self, record: xr.Dataset) -> dict[str, str]:
+        """Of the record's numbers and of its file, for the summary."""
+        from fieldrl.runs import netcdf
+
+        return {"record": netcdf.checksum(record), "record_file": self._record_digest()}
+
+    def _record_digest(self) -> str:
         """Of the record's file; empty where there is none."""
         try:
             return hashlib.blake2b((self.folder / "record.nc").read_bytes(), digest_size=16).hexdigest()

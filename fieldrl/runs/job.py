@@ -203,7 +203,7 @@ def _summary(job: Job, record: xr.Dataset, seconds: float) -> dict[str, Any]:
     head |= {name: job.config[name] for name in names} | {"finished": True, "version": __version__}
     extra = {"late_e_total": metrics.late(each), "greedy": metrics.greedy(each)}
     extra |= {"noise": record.attrs["noise"], "seconds": seconds}
-    return head | summarise(record) | extra | {"record": job.run.record_digest()}
+    return head | summarise(record) | extra | job.run.checksums(record)
 
 
 def _reuse(job: Job, summary: dict[str, Any], display: Display) -> dict[str, Any]:

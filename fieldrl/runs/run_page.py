@@ -150,7 +150,7 @@ def _provenance(summary: Mapping[str, Any]) -> dict[str, str]:
     names = {
         "key": "key", "version": "version of fieldrl", "seed": "seed", "replicates": "replicates",
         "episodes": "episodes", "steps": "samples of an episode", "seconds": "time [s]",
-        "record": "checksum of record.nc",
+        "record": "checksum of the record",
     }  # fmt: skip
     return {text: str(summary[name]) for name, text in names.items() if name in summary}
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fieldrl.runs.folder import VARIES
 from pipelines.faults import victims
 
 
@@ -106,7 +107,7 @@ def results(folder: Path) -> dict[str, Any]:
     """Record and summary of every finished run in a folder, by name."""
     found = {}
     for path in folder.glob("outputs/runs/*/summary.json"):
-        summary = json.loads(path.read_text()) | {"seconds": 0}
+        summary = json.loads(path.read_text()) | dict.fromkeys(VARIES)
         found[path.parent.name] = xr.load_dataset(path.parent / "record.nc", engine="netcdf4"), summary
     return found
 

@@ -8,8 +8,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from collections.abc import Callable
+from contextlib import AbstractContextManager, closing, nullcontext
 from pathlib import Path
 
 import pytest
@@ -36,7 +36,13 @@ def fieldrl(
     if tables and "tracking=none" not in arguments and not database.exists():
         database.parent.mkdir(exist_ok=True)
         shutil.copy(forked.empty_database(_shared[0]), database)
-    return forked.command(folder, arguments, environment, figures)
+    with closing(forked.Command(folder, arguments, environment, figures)) as command:
+        return command.wait()
+
+
+def begun(folder: Path, *arguments: str) -> AbstractContextManager[forked.Command]:
+    """The same, begun; it ends with the block."""
+    return closing(forked.Command(folder, arguments, {}, figures=False))
 
 
 def fieldrl_anew(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -59,20 +65,6 @@ def _commands_can_be_interrupted() -> None:
     """Tests in the background of a script ignore Ctrl-C, and so would the commands that they start."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-@contextmanager
-def begun(folder: Path, *arguments: str, errors: int | None = None) -> Iterator[subprocess.Popen[str]]:
-    """The command, begun in ``folder`` as a process group of its own, which ends with the block."""
-    with subprocess.Popen(
-        [sys.executable, "-m", "fieldrl.cli.main", *arguments],
-        cwd=folder, stdout=subprocess.PIPE, stderr=errors, text=True, start_new_session=True,
-    ) as process:  # fmt: skip
-        try:
-            yield process
-        finally:
-            with suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
 
 
 def summary(folder: Path, output_dir: str = "outputs") -> dict:

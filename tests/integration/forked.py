@@ -5,11 +5,14 @@ from __future__ import annotations
 import atexit
 import multiprocessing.process
 import os
+import shutil
+import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from multiprocessing import get_context
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -45,10 +48,8 @@ def _make_database(path: Path) -> None:
     (making / path.name).rename(path)
 
 
-def command(
-    folder: Path, arguments: Sequence[str], environment: Mapping[str, str], figures: bool
-) -> CompletedProcess[str]:
-    """Run the command in ``folder`` to its end.
+class Command:
+    """The command, begun in ``folder`` as a process group of its own.
 
     Args:
         folder: where to.
@@ -56,20 +57,45 @@ def command(
         environment: variables besides those of this process.
         figures: whether a run draws its pictures, which take longer than a small run.
     """
-    said = [folder / f".{name}.txt" for name in ("output", "errors")]
-    process = _CONTEXT.Process(
-        target=_be_command, args=(folder, arguments, os.environ | environment, figures, said)
-    )
-    process.start()
-    process.join(_PATIENCE)
-    if process.exitcode is None:
-        process.kill()
-        process.join()
-        raise TimeoutError(f"fieldrl {' '.join(arguments)}")
-    texts = [path.read_text() for path in said]
-    for path in said:
-        path.unlink()
-    return CompletedProcess(arguments, process.exitcode, *texts)
+
+    def __init__(
+        self, folder: Path, arguments: Sequence[str], environment: Mapping[str, str], figures: bool
+    ) -> None:
+        self.arguments, self._said = arguments, Path(tempfile.mkdtemp(prefix="fieldrl-said-"))
+        self._process = _CONTEXT.Process(
+            target=_be_command, args=(folder, arguments, os.environ | environment, figures, self._said)
+        )
+        self._process.start()
+
+    @property
+    def pid(self) -> int:
+        """Of its process, and of its group."""
+        return self._process.pid or 0
+
+    def wait(self) -> CompletedProcess[str]:
+        """Its end: the exit status (negative: the signal that ended it), output and errors."""
+        self._process.join(_PATIENCE)
+        if self._process.exitcode is None:
+            self.kill()
+            raise TimeoutError(f"fieldrl {' '.join(self.arguments)}")
+        texts = [path.read_text() if path.exists() else "" for path in _outputs(self._said)]
+        return CompletedProcess(self.arguments, self._process.exitcode, *texts)
+
+    def kill(self) -> None:
+        """SIGKILL to all of its group."""
+        with suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGKILL)
+        self._process.join()
+
+    def close(self) -> None:
+        """End it, if it has not ended, and forget what it said."""
+        if self._process.exitcode is None:
+            self.kill()
+        shutil.rmtree(self._said)
+
+
+def _outputs(said: Path) -> tuple[Path, Path]:
+    return said / "output.txt", said / "errors.txt"
 
 
 def _be_command(
@@ -77,18 +103,19 @@ def _be_command(
     arguments: Sequence[str],
     environment: Mapping[str, str],
     figures: bool,
-    said: Sequence[Path],
+    said: Path,
 ) -> None:
     from fieldrl.cli.main import main
     from fieldrl.tracking import mlflow
     from pipelines.faults.fuzz_workers import without_figures
 
     multiprocessing.process._parent_process = None  # type: ignore[attr-defined]  # a command, no worker
+    os.setsid()
     os.environ.clear()
     os.environ.update(environment)
     sys.path[:0] = [path for path in environment.get("PYTHONPATH", "").split(os.pathsep) if path]
     os.chdir(folder)
-    for number, path in enumerate(said, 1):
+    for number, path in enumerate(_outputs(said), 1):
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
     sys.stdout, sys.stderr = (open(number, "w", buffering=1, closefd=False) for number in (1, 2))  # noqa: SIM115
     if "PYTHONPATH" not in environment:  # with modules of one's own: the process that users have

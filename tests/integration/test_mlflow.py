@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import sqlite3
 import time
 from contextlib import ExitStack
@@ -138,7 +136,7 @@ def test_first_use_by_three_processes_at_once_loses_nothing(tmp_path):
         each = [
             stack.enter_context(begun(tmp_path, *SMALL, "replicates=1", f"seed={seed}")) for seed in range(3)
         ]
-        outputs = [process.communicate(timeout=300)[0] for process in each]
+        outputs = [process.wait().stdout for process in each]
     assert [line for output in outputs for line in output.splitlines() if "did not take" in line] == []
     assert query(tmp_path, "select count(*) from runs where status = 'FINISHED'") == [(3,)]
     assert query(tmp_path, "select count(*) from experiments where name = 'advection'") == [(1,)]
@@ -147,8 +145,7 @@ def test_first_use_by_three_processes_at_once_loses_nothing(tmp_path):
 def test_a_killed_run_does_not_stay_running_in_mlflow(tmp_path):
     with begun(tmp_path, "experiment=advection", "episodes=100000", "replicates=1") as process:
         _wait_until(lambda: _statuses(tmp_path) == ["RUNNING"])
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+        process.kill()
         _wait_until(lambda: _statuses(tmp_path) == ["KILLED"])
 
 

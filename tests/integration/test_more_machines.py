@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 
 from fieldrl.cli.compose import composed
+from fieldrl.runs.folder import VARIES
 from tests.integration.conftest import fieldrl
 
 BUDGET = ("experiment=advection", "episodes=2", "steps=3", "evaluation_episodes=0", "tracking=none")
@@ -30,7 +31,7 @@ def results(folder: Path) -> dict[str, tuple[dict, xr.Dataset]]:
     """Summary and record of every run by its name, without what the clock says and the file's digest."""
     found = {}
     for path in (folder / "runs").glob("*/summary.json"):
-        summary = json.loads(path.read_text()) | {"seconds": 0, "record": ""}
+        summary = json.loads(path.read_text()) | dict.fromkeys(VARIES)
         found[path.parent.name] = summary, xr.load_dataset(path.with_name("record.nc"), engine="netcdf4")
     return found
 

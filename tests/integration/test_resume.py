@@ -14,6 +14,7 @@ import xarray as xr
 from fieldrl.mission.learning import Replicate
 from fieldrl.runs import job
 from fieldrl.runs.checkpoints import Checkpoints
+from fieldrl.runs.folder import VARIES
 from tests.integration.conftest import UNTRACKED, fieldrl, summary
 
 GYRE = (
@@ -81,7 +82,7 @@ def done(whole, tmp_path) -> Path:
 def results(folder: Path) -> tuple[xr.Dataset, dict]:
     (path,) = (folder / "runs").glob("*/record.nc")
     found = json.loads((path.parent / "summary.json").read_text())
-    return xr.load_dataset(path, engine="netcdf4"), found | {"seconds": 0}
+    return xr.load_dataset(path, engine="netcdf4"), found | dict.fromkeys(VARIES)
 
 
 def check_same(folder: Path, reference: Path) -> None:

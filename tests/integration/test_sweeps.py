@@ -10,6 +10,7 @@ from subprocess import CompletedProcess
 
 import pytest
 
+from fieldrl.runs.folder import VARIES
 from tests.integration.conftest import fieldrl
 
 TINY = ("experiment=advection", "episodes=2", "steps=3", "evaluation_episodes=0", "replicates=1")
@@ -29,7 +30,7 @@ def table(folder: Path) -> list[dict[str, str]]:
 def summaries(folder: Path, output_dir: str = "outputs") -> dict[str, dict]:
     """Every summary by the run's name, without what the clock says."""
     paths = (folder / output_dir / "runs").glob("*/summary.json")
-    return {path.parent.name: json.loads(path.read_text()) | {"seconds": 0} for path in paths}
+    return {path.parent.name: json.loads(path.read_text()) | dict.fromkeys(VARIES) for path in paths}
 
 
 @pytest.fixture(scope="module")
