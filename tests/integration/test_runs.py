@@ -165,7 +165,7 @@ def test_a_sweep_runs_every_job_and_puts_nothing_strange_anywhere(tmp_path, laun
 
 
 def test_a_job_of_a_sweep_that_fails_does_not_stop_the_others(tmp_path):
-    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "vehicle.max_speed=-1,5")
+    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "vehicle.max_speed=-1,5", "parallel=serial")
     assert finished.returncode == 1
     assert "vehicle.max_speed=-1: must be > 0" in finished.stdout
     assert finished.stderr == "1 of 2 jobs failed; the same command tries them again\n"
