@@ -19,7 +19,7 @@ from pipelines.calibration.missions import AGENTS, world
 from pipelines.experiments import Settings, fan_out, progress
 
 BLOCK = {"advection": 40, "double_gyre": 6}
-SMALL = {"advection": (), "double_gyre": ("pde.cells=[48,24]", "pde.order=5")}
+SMALL = {"advection": (), "double_gyre": ("pde.cells=[48,24]", "pde.order=5", "episodes=4")}
 COUNTS = {"paper": {"advection": 340, "double_gyre": 200}, "small": {"advection": 2, "double_gyre": 1}}
 """Missions of each agent, by scale."""
 

@@ -14,7 +14,7 @@ SMALL = (
 ESTIMATORS = {
     "least_squares": (),
     "composite": (),
-    "gaussian_process": ("estimator.budget=8", "estimator.initial=4"),
+    "gaussian_process": ("estimator.budget=4", "estimator.initial=3"),
 }
 CHOICES = [f"{group}={option}" for group in GROUPS for option in options.options(group)]
 NEEDS = {"agent=informed_sarsa_lambda": ("observation=informed",)}

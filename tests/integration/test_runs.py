@@ -157,7 +157,7 @@ def _wait_for(path, seconds: float = 60.0) -> None:
 
 @pytest.mark.parametrize("launcher", ["basic", "joblib"])
 def test_a_sweep_runs_every_job_and_puts_nothing_strange_anywhere(tmp_path, launcher):
-    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "seed=0,1", f"hydra/launcher={launcher}")
+    finished = fieldrl(tmp_path, "-m", *UNTRACKED, "replicates=1", "seed=0,1", f"hydra/launcher={launcher}")
     assert finished.returncode == 0, finished.stderr
     assert {path.name for path in tmp_path.iterdir()} == {"outputs"}
     assert {path.name for path in (tmp_path / "outputs").iterdir()} == {"runs", "sweeps", ".locks"}
