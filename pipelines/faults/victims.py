@@ -170,7 +170,7 @@ class Slow(Advection):
 
     def predict(self, theta: NDArray, positions: NDArray, times: NDArray) -> NDArray[np.float64]:
         """As the model's, later."""
-        time.sleep(0.02)
+        time.sleep(0.01)
         return super().predict(theta, positions, times)
 
 
