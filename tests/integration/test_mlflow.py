@@ -23,7 +23,7 @@ def tracked(tmp_path_factory) -> Path:
     """The folder of a small tracked run with two replicates."""
     folder = tmp_path_factory.mktemp("tracked")
     stale = {"MLFLOW_RUN_ID": "0" * 32, "MLFLOW_EXPERIMENT_NAME": "elsewhere"}
-    finished = fieldrl_anew(folder, *SMALL, **stale)
+    finished = fieldrl_anew(folder, *SMALL, "parallel=serial", **stale)
     assert finished.returncode == 0, finished.stderr
     assert finished.stderr == ""
     assert "MLflow" in finished.stdout

@@ -113,36 +113,28 @@ def test_a_property_of_a_part_is_not_evaluated_to_see_whether_it_is_there():
     assert Car(Costly()).seats == 4
 
 
-def every_component():
-    """Class and configured arguments of every node with a _target_ in conf/."""
-    seen = {}
-
-    def walk(node):
-        if isinstance(node, dict):
-            for value in node.values():
-                walk(value)
-            if "_target_" in node:
-                seen.setdefault(node["_target_"], node)
-
-    for group in ("pde", "vehicle", "agent", "estimator", "reward", "parallel", "tracking"):
-        for option in options.options(group):
-            if option != "dask":
-                walk(composed([f"{group}={option}"])[group])
-    return seen
-
-
-COMPONENTS = every_component()
+GROUPS = ("pde", "vehicle", "agent", "estimator", "reward", "parallel", "tracking")
+OPTIONS = [f"{group}={option}" for group in GROUPS for option in options.options(group) if option != "dask"]
 STRANGE = (object(), {"a": 1}, [object()], b"bytes", 1j)
 
 
-@pytest.mark.parametrize("target", COMPONENTS)
-def test_no_argument_of_any_component_may_be_an_arbitrary_object(target):
-    node = COMPONENTS[target]
-    for key in node:
-        for value in STRANGE if key != "_target_" else ():
-            with pytest.raises(InvalidValue) as error:
-                components.build(node | {key: value}, "here")
-            assert error.value.key.startswith(f"here.{key}")
+def components_in(node):
+    """Every node with a _target_ in a configuration."""
+    if isinstance(node, dict):
+        for value in node.values():
+            yield from components_in(value)
+        if "_target_" in node:
+            yield node
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_no_argument_of_any_component_may_be_an_arbitrary_object(option):
+    for node in components_in(composed([option])[option.partition("=")[0]]):
+        for key in node:
+            for value in STRANGE if key != "_target_" else ():
+                with pytest.raises(InvalidValue) as error:
+                    components.build(node | {key: value}, "here")
+                assert error.value.key.startswith(f"here.{key}")
 
 
 def test_declared_types_are_read_once():
