@@ -7,6 +7,7 @@ NO_PYTHON := fieldrl needs Python 3.11, 3.12 or 3.13 and found none. Install one
 BIN := .venv/bin
 INSTALLED := .venv/.installed
 # Compiles the inner loops of both experiments once, before all cores ask for the same ones at the same time.
+WARMED := .pytest_cache/.warmed
 WARM := $(BIN)/fieldrl -m experiment=advection,double_gyre episodes=2 steps=3 replicates=1 tracking=none force=true \
 	output_dir=.pytest_cache/warm hydra/launcher=joblib
 
@@ -34,8 +35,11 @@ paper: $(INSTALLED)  ## every figure and table of the paper, and the page output
 contest: $(INSTALLED)  ## every agent against every other: outputs/contest/index.html and results.csv (SCALE=small: in minutes)
 	@$(BIN)/python -m pipelines.contest $(if $(SCALE),scale=$(SCALE))
 
-test: $(INSTALLED)  ## run all tests
+$(WARMED): $(INSTALLED) $(shell find fieldrl -name '*.py')
 	@$(WARM) > /dev/null
+	@touch $@
+
+test: $(INSTALLED) $(WARMED)  ## run all tests
 	@$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 check: $(INSTALLED)  ## lint, format, types, floors

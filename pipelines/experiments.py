@@ -42,6 +42,7 @@ SCALES = {
         "advection": ("replicates=2", "episodes=12", "steps=5", "evaluation_episodes=1"),
         "double_gyre": (
             "replicates=2", "episodes=2", "steps=3", "evaluation_episodes=0", "pde.cells=[48,24]",
+            "estimator.budget=15",
         ),
         "search": ("replicates=2", "episodes=40", "steps=8", "evaluation_episodes=10"),
     },

@@ -24,7 +24,7 @@ _SMALL = ("experiment=advection", "episodes=30", "steps=5", "evaluation_episodes
 _QUIET = ("tracking=none", "parallel=serial")
 ADVECTION = (*_SMALL, *_QUIET)
 GYRE = (
-    "experiment=double_gyre", "pde.cells=[48,24]", "episodes=4", "steps=4", "evaluation_episodes=1",
+    "experiment=double_gyre", "pde.cells=[48,24]", "episodes=3", "steps=4", "evaluation_episodes=1",
     "replicates=2", *_QUIET,
 )  # fmt: skip
 CHANCE = (*_SMALL, *_QUIET, "agent=random", "vehicle.sensor.covariance=[1,1,0.01]")
