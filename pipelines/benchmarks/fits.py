@@ -6,12 +6,11 @@
 
 A problem is a random walk of the vehicle in the double gyre with ten samples, sigma = 1, the truth on a finer
 grid. A method has succeeded at the first solve whose loss is within 1 % of e_f of the best known minimum: the
-least that any method, or a dense search polished by least squares, has found. Where its estimate is none of its
-solves, one more is made there, and counts. BoTorch is compared where it is
-installed (it is no dependency). Our estimators have the defaults that we ship; the fit is fold 0 alone
-(``cross_validation`` judges all folds). What is finished is kept in outputs/fits/ and not computed again
-unless the code of the estimators has changed. Writes outputs/fits.json (or fits_centre.json) and a figure
-beside it.
+least that any method, or a dense search polished by least squares, has found. Where its estimate is none of
+its solves, one more is made there, and counts. BoTorch is compared where it is installed (it is no
+dependency). Our estimators have the defaults that we ship; the fit is fold 0 alone (``cross_validation``
+judges all folds). What is finished is kept in outputs/fits/ and not computed again unless the code of the
+estimators has changed. Writes outputs/fits.json (or fits_centre.json) and a figure beside it.
 
 Takes an hour or two.
 """
