@@ -131,10 +131,12 @@ def _be_command(
 class _Publisher:
     """The process that publishes for a command: forked, too, for it takes MLflow longer to be imported."""
 
-    def __init__(self, command: Sequence[str], env: Mapping[str, str], **_: object) -> None:
+    def __init__(
+        self, command: Sequence[str], env: Mapping[str, str], start_new_session: bool = False, **_: object
+    ) -> None:
         asked, answered = os.pipe(), os.pipe()
         self._process = get_context("fork").Process(
-            target=self._publish, args=(command[-1], env, asked, answered)
+            target=self._publish, args=(command[-1], env, start_new_session, asked, answered)
         )
         self._process.start()
         os.close(asked[0])
@@ -143,11 +145,16 @@ class _Publisher:
 
     @staticmethod
     def _publish(
-        step_back: str, environment: Mapping[str, str], asked: tuple[int, int], answered: tuple[int, int]
+        step_back: str,
+        environment: Mapping[str, str],
+        new_session: bool,
+        asked: tuple[int, int],
+        answered: tuple[int, int],
     ) -> None:
         from fieldrl.tracking import publisher
 
-        os.setsid()
+        if new_session:
+            os.setsid()
         os.environ.clear()
         os.environ.update(environment)
         for old, new in ((asked[0], 0), (answered[1], 1), (os.open(os.devnull, os.O_WRONLY), 2)):
