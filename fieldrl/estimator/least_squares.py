@@ -59,7 +59,12 @@ class ManyFits:
         self.memos[0][i] = np.nan
 
     def fit(
-        self, constants: NDArray, samples: tuple[NDArray, NDArray, NDArray], which: NDArray, n: int
+        self,
+        constants: NDArray,
+        samples: tuple[NDArray, NDArray, NDArray],
+        which: NDArray,
+        n: int,
+        leave_one_out: bool,
     ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """The fits of some problems, the same as ``LeastSquares.fit`` gives one by one.
 
@@ -68,14 +73,16 @@ class ManyFits:
             samples: positions (B, capacity, 2), times (B, capacity), values (B, capacity).
             which: the problems that are fitted, (b,).
             n: how many samples they have.
+            leave_one_out: with the n folds that leave a sample out, or fold 0 alone.
 
         Returns:
-            Parameters (b, n + 1, p), residuals (b, n + 1, n), which converged (b, n + 1), evaluations (b,).
+            Parameters (b, folds, p), residuals (b, folds, n), which converged (b, folds), evaluations (b,).
         """
-        search, weights, b = self.search, fold_weights(n, True), len(which)
+        search, weights, b = self.search, fold_weights(n, leave_one_out), len(which)
         kernel, _, centre, scale = search.model
-        u, residuals = np.empty((b, n + 1, len(centre))), np.empty((b, n + 1, n))
-        loss, gap = np.empty((2, b, n + 1))
+        folds = len(weights)
+        u, residuals = np.empty((b, folds, len(centre))), np.empty((b, folds, n))
+        loss, gap = np.empty((2, b, folds))
         evaluations = np.empty(b, dtype=np.int64)
         grid = search.grid, search.theta, search.neighbours, search.cell
         many_fits(
@@ -85,6 +92,7 @@ class ManyFits:
         return centre + scale * u, residuals, np.isfinite(gap), evaluations
 
 
+_REMEMBERED = 64  # samples at most whose rows on the grid are kept where fold 0 is fitted alone
 _MOST_POINTS = 20_000  # of the coarse grid, from three parameters on
 _DESCENT, _STEP = 12, 4e-5  # evaluations of a descent, typically; time of a fit's beginning and end [s]
 
@@ -154,7 +162,7 @@ class LeastSquares:
         stop = self.iterations, self.tolerance
         if self.starts == 1:
             evaluations = local_fits(*what, stop, u, loss, residuals, gap)
-        elif folds == 1:
+        elif folds == 1 and n > _REMEMBERED:
             evaluations = global_fit(*what, grid, self.starts, stop, u, loss, residuals, gap)
         else:
             search.reserve(n)

@@ -18,6 +18,7 @@ each is a weighted mean of the same squared residuals.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -115,7 +116,7 @@ class Fit:
 
 
 class Errors(NamedTuple):
-    """Fitting, cross-validation and total error, Eq. (4), (6), (7) [field unit^2]."""
+    """Fitting, cross-validation and total error, Eq. (4), (6), (7) [field unit^2]; NaN: not computed."""
 
     e_f: float
     e_cv: float
@@ -185,12 +186,14 @@ def fold_weights(n: int, leave_one_out: bool) -> NDArray[np.float64]:
 
 
 def errors(fit: Fit) -> Errors:
-    """e_f (Eq. 4), e_cv (Eq. 6) and e_total (Eq. 7) of a fit with leave-one-out folds."""
+    """e_f (Eq. 4), e_cv (Eq. 6) and e_total (Eq. 7) of a fit; of fold 0 alone, e_f."""
     folds, n = fit.residuals.shape
     if n == 0:
         raise ValueError("errors need at least one sample")
-    if folds != n + 1:
-        raise ValueError("errors need the leave-one-out folds: leave_one_out=True")
-    full, left_out = fit.residuals[0], fit.residuals[1:].ravel()[:: n + 1]
-    e_f, e_cv = float(full @ full) / n, float(left_out @ left_out) / n
+    full = fit.residuals[0]
+    e_f = float(full @ full) / n
+    if folds == 1:
+        return Errors(e_f, math.nan, math.nan)
+    left_out = fit.residuals[1:].ravel()[:: n + 1]
+    e_cv = float(left_out @ left_out) / n
     return Errors(e_f, e_cv, e_f + e_cv)

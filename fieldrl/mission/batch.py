@@ -173,7 +173,9 @@ class Batch:
 
     def _conclude(self, which: NDArray, n: int, rewards: NDArray, told: Told) -> None:
         """Fit missions that have n samples; their errors, rewards and observations."""
-        theta, residuals, converged, evaluations = self.fits.fit(self.constants, self.samples, which, n)
+        every_fold = self.first.every_fold or n == self.steps
+        found = self.fits.fit(self.constants, self.samples, which, n, every_fold)
+        theta, residuals, converged, evaluations = found
         e_f, e_cv = _errors(residuals)
         self.estimate[which] = theta[:, 0]
         slopes = self._slopes(which, n)
@@ -206,10 +208,11 @@ class Batch:
 
 
 def _errors(residuals: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """e_f and e_cv (b,) from the residuals of all folds (b, n + 1, n), as ``problem.errors`` has them.
+    """e_f and e_cv (b,) from the residuals of the folds (b, folds, n), as ``problem.errors`` has them.
 
     A fold's left-out residual is taken from where it lies in memory: the order of summation depends on it.
     """
-    b, _, n = residuals.shape
+    b, folds, n = residuals.shape
     full, left_out = residuals[:, 0], residuals[:, 1:].reshape(b, -1)[:, :: n + 1]
-    return np.vecdot(full, full) / n, np.vecdot(left_out, left_out) / n
+    e_cv = np.vecdot(left_out, left_out) / n if folds > 1 else np.full(b, math.nan)
+    return np.vecdot(full, full) / n, e_cv

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 import gymnasium
@@ -131,6 +132,8 @@ def flow_parameters(model: Any, theta: NDArray[np.float64]) -> NDArray[np.float6
 
 _PAPER, _FIXED = Paper(), Fixed()
 _MODES = ("rgb_array", "human")
+CROSS_VALIDATION = ("every_step", "as_needed")
+"""When the folds that leave a sample out are fitted."""
 
 
 class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
@@ -140,6 +143,8 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
     value, evaluations and converged, the share of the fits that did. The observation is kept in its space,
     at the walls; the fit is given the position as it was measured, or the nearest to it that the model can
     predict at.
+    With ``cross_validation="as_needed"`` e_cv and e_total are NaN but after an episode's last sample, where
+    the reward does not need them; estimate and reward stay the same, for the folds change neither.
     A seeded ``reset`` forgets what the estimator has solved; an unseeded one keeps it.
 
     Args:
@@ -154,6 +159,7 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         sure: whether a fit of a problem's samples tells enough for the episode to end; None: never.
         render_mode: "rgb_array": ``render`` gives a picture (see ``rendering``); "human": each step is shown
             in a window; None: neither.
+        cross_validation: when the folds of Eq. (5) are fitted, "every_step" or "as_needed".
     """
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 4}  # noqa: RUF012 - Gymnasium's own
@@ -169,8 +175,11 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         scenario: Scenario = _FIXED,
         sure: Callable[[FitProblem, Fit], bool] | None = None,
         render_mode: str | None = None,
+        cross_validation: str = CROSS_VALIDATION[0],
     ) -> None:
         self.render_mode = None if render_mode is None else one_of("render_mode", render_mode, _MODES)
+        every = one_of("cross_validation", cross_validation, CROSS_VALIDATION) == CROSS_VALIDATION[0]
+        self.every_fold = every or getattr(reward, "needs_errors", True)
         self.window: rendering.Window | None = None
         self.vehicle, self.estimator, self.reward, self.steps = vehicle, estimator, reward, steps
         self.observation, self.scenario, self.sure = observation, scenario, sure
@@ -228,8 +237,6 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         value = self._sample(measured)
         fit, found = self._fit()
         reward = self._reward(fit, found)
-        enough = self.sure is not None and self.sure(self.problem, fit)
-        self.over = enough or len(self.samples) == self.steps
         self.show()
         return self._observed(measured), reward, self.over, False, self._info(fit, found, value)
 
@@ -307,10 +314,22 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
         return value
 
     def _fit(self) -> tuple[Fit, Errors]:
-        self.problem = FitProblem(self.water, self.samples, self.estimator.tikhonov, True, self.known)
+        """Fit the samples so far; the episode is over after the last of them, or when enough is known."""
+        last = len(self.samples) == self.steps
+        fit = self._fitted(last or self.every_fold)
+        enough = self.sure is not None and self.sure(self.problem, fit)
+        if enough and not self.problem.leave_one_out:
+            fold_0, fit = fit, self._fitted(True)
+            fit = replace(fit, evaluations=fold_0.evaluations + fit.evaluations)
+        self.over = enough or last
+        return fit, errors(fit)
+
+    def _fitted(self, leave_one_out: bool) -> Fit:
+        parts = self.water, self.samples, self.estimator.tikhonov, leave_one_out, self.known
+        self.problem = FitProblem(*parts)
         fit = self.estimator.fit(self.problem)
         self.known = fit.known
-        return fit, errors(fit)
+        return fit
 
     def _reward(self, fit: Fit, found: Errors) -> float:
         before = self.previous, self.estimate

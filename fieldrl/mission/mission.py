@@ -16,7 +16,7 @@ from fieldrl.core.flow_adapter import adapted
 from fieldrl.core.kinds import check_part, component
 from fieldrl.estimator.problem import Differentiable, Fit, FitProblem
 from fieldrl.mission import stopping
-from fieldrl.mission.environment import Estimator, FieldSampling, Vehicle, Water
+from fieldrl.mission.environment import CROSS_VALIDATION, Estimator, FieldSampling, Vehicle, Water
 from fieldrl.mission.vector import FieldSamplingVector
 from fieldrl.mission.world import Model, World, world
 from fieldrl.observation.knowledge import Observation
@@ -82,6 +82,8 @@ class Mission:
         stop: an episode ends when the 95 % interval of each named unknown is narrower than this; None: it
             takes all its samples [unit of the unknown].
         posterior: what draws from the posterior of the unknowns at the end; None: nothing does.
+        cross_validation: "every_step": e_cv and e_total are known after every sample; "as_needed": after
+            every sample where the reward needs them, else after an episode's last.
     """
 
     water: Annotated[Water, Model]
@@ -96,11 +98,13 @@ class Mission:
     scenario: Scenario = field(default_factory=Fixed)
     stop: Mapping[str, float] | None = None
     posterior: Posterior | None = None
+    cross_validation: str = CROSS_VALIDATION[0]
 
     def __post_init__(self) -> None:
         checks.integer("episodes", self.episodes, 1)
         checks.integer("steps", self.steps, 1)
         checks.integer("evaluation_episodes", self.evaluation_episodes, 0)
+        checks.one_of("cross_validation", self.cross_validation, CROSS_VALIDATION)
         object.__setattr__(self, "water", world(self.water))
         self._check_flow()
         self._check_truth()
@@ -188,7 +192,8 @@ class Mission:
 
     def _environment(self, estimator: Estimator, render_mode: str | None) -> FieldSampling:
         parts = self.water, self.vehicle, estimator, self.reward, self.steps
-        return FieldSampling(*parts, self.observation, self.scenario, self._sure(), render_mode)
+        seen = self.observation, self.scenario, self._sure(), render_mode
+        return FieldSampling(*parts, *seen, self.cross_validation)
 
     def environments(
         self, count: int, render_mode: str | None = None, autoreset_mode: str = "NextStep"

@@ -28,6 +28,7 @@ class AOptimal:
     noise: float = 1.0
 
     needs_derivatives: ClassVar[bool] = True
+    needs_errors: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         checks.positive("noise", self.noise, "field unit")

@@ -51,7 +51,10 @@ class Outcomes(NamedTuple):
 
 
 class Reward(Protocol):
-    """What a sample is worth. With a method ``many`` of ``Outcomes`` it serves compiled batches as well."""
+    """What a sample is worth. With a method ``many`` of ``Outcomes`` it serves compiled batches as well.
+
+    One that does not look at total errors says ``needs_errors = False``; they may be NaN then.
+    """
 
     def __call__(self, outcome: Outcome) -> float: ...
 

@@ -41,6 +41,11 @@ class Shaped:
         """Whether what is shaped does."""
         return getattr(self.reward, "needs_derivatives", False)
 
+    @property
+    def needs_errors(self) -> bool:
+        """Whether what is shaped does."""
+        return getattr(self.reward, "needs_errors", True)
+
     def __call__(self, outcome: Outcome) -> float:
         """The shaped reward of the newest sample."""
         n = len(outcome.problem.samples)

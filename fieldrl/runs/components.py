@@ -19,7 +19,7 @@ from fieldrl.parallel.workers import Workers
 from fieldrl.runs import limits, trust
 from fieldrl.runs.configuration import suggestion
 
-_BUDGET = ("episodes", "steps", "evaluation_episodes", "stop")
+_OWN = ("episodes", "steps", "evaluation_episodes", "stop", "cross_validation")
 
 
 def mission(config: Mapping[str, Any], solves: Path | None = None) -> Mission:
@@ -36,7 +36,7 @@ def mission(config: Mapping[str, Any], solves: Path | None = None) -> Mission:
     built = {"pde": model(config, solves), **{name: build(config[name], name) for name in names}}
     if config.get("posterior") is not None:
         built["posterior"] = build(config["posterior"], "posterior")
-    parts = {"water": built.pop("pde"), **built, **{key: config[key] for key in _BUDGET}}
+    parts = {"water": built.pop("pde"), **built, **{key: config[key] for key in _OWN}}
     try:
         kinds.check(Mission, parts)
         _check_needs(parts, config)

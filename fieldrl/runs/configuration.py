@@ -26,6 +26,7 @@ KEYS = (
     "episodes",
     "steps",
     "evaluation_episodes",
+    "cross_validation",
     "stop",
     "unknown",
     "output_dir",

@@ -18,8 +18,8 @@ WITHOUT_EFFECT = (
 """Keys that cannot change a result, and so are no part of a run's identity."""
 
 
-_LATER = ("unknown", "stop", "posterior")
-"""Keys that are no part of it while they are null."""
+_LATER = {"unknown": None, "stop": None, "posterior": None, "cross_validation": "every_step"}
+"""Keys that are no part of it while they have this value, or none."""
 
 
 def identity(config: Mapping[str, Any]) -> str:
@@ -39,7 +39,9 @@ def _effective(config: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     """The nested keys of ``config`` that can change a result."""
     found = {key: value for key, value in config.items() if f"{path}{key}" not in WITHOUT_EFFECT}
     if not path:  # as before there were such keys
-        found = {key: value for key, value in found.items() if value or key not in _LATER}
+        found = {
+            key: value for key, value in found.items() if key not in _LATER or value and value != _LATER[key]
+        }
     return {
         key: _effective(value, f"{path}{key}.") if isinstance(value, Mapping) else value
         for key, value in found.items()

@@ -37,6 +37,7 @@ BATCHES = {
     "as shipped": [],
     "information": [*SHORT, "reward=information_gain"],
     "informed": [*SHORT, "observation=informed"],
+    "folds as needed": [*SHORT, "reward=information_gain", "cross_validation=as_needed"],
     "drawn, vague, without heading limits": SEARCH,
     "a source and no noise": [*SHORT, f"pde.source={SOURCE}", "vehicle.sensor.noise=0"],
     "three unknowns": [*SHORT, "estimator.grid=5", "observation=informed", AMPLITUDE],
@@ -48,6 +49,7 @@ BATCHES = {
 }
 LOOPS = {
     "another reward": [*SHORT, "reward=a_optimal"],
+    "another reward, folds as needed": [*SHORT, "reward=a_optimal", "cross_validation=as_needed"],
     "a local optimiser": [*SHORT, "estimator.starts=1"],
     "ends early": ["steps=8", "stop={b_x: 1.0}"],
 }

@@ -73,21 +73,21 @@ def global_fit(model, samples, tikhonov, weights, search, starts, stop, u, loss,
 
 @njit(cache=True, error_model="numpy")
 def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u, loss, residuals, gap):
-    """All n + 1 folds, each to its global minimum; results written in place.
+    """Fold 0 and, with weights of them, the n others, each to its global minimum; results written in place.
 
     Args:
         model: kernel address, constants, theta0 (p,), s (p,).
         samples: positions (n, 2), times (n,), values (n,), with n >= 1.
         tikhonov: tau.
-        weights: of the samples in each fold, (n + 1, n).
+        weights: of the samples in each fold, (n + 1, n); in fold 0 alone, (1, n).
         search: the grid's u (G, p), theta (G, p), neighbours (G, 2p) and spacing in u.
         memo: labels (capacity, 4), squared residuals, their running sums and maxima (capacity, G).
         starts: descend from at most so many local minima of the grid.
         stop: at most so many evaluations a descent; the scaled step that is the last.
-        u: minimisers, (n + 1, p).
-        loss: penalised losses, (n + 1,).
-        residuals: at the minimisers, (n + 1, n).
-        gap: how far each loss may lie above its minimum, (n + 1,).
+        u: minimisers, (folds, p).
+        loss: penalised losses, (folds,).
+        residuals: at the minimisers, (folds, n).
+        gap: how far each loss may lie above its minimum, (folds,).
 
     Returns:
         Evaluations used, one for each candidate at n samples.
@@ -105,6 +105,8 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
         model, samples, weights[0], tikhonov, grid, lowest[:found], cell, minima, stop, work
     )
     u[0], residuals[0] = minima[0][0], minima[1][0]
+    if len(weights) == 1:
+        return evaluations + len(grid)
     expansion = expand(model, samples, minima, count, work)
     open_cells = _open_cells(total, largest, lowest[:found])
     own = np.empty(starts, dtype=np.int64)
@@ -133,15 +135,15 @@ def many_fits(
         samples: positions (B, capacity, 2), times (B, capacity), values (B, capacity).
         which: the problems that are fitted, (b,), of all B.
         tikhonov: tau.
-        weights: of the samples in each fold, (n + 1, n).
+        weights: of the samples in each fold, (n + 1, n); in fold 0 alone, (1, n).
         search: as in ``global_fits``.
         memos: of each problem, with B in front.
         starts: as in ``global_fits``.
         stop: as in ``global_fits``.
-        u: minimisers, (b, n + 1, p).
-        loss: (b, n + 1).
-        residuals: (b, n + 1, n).
-        gap: (b, n + 1).
+        u: minimisers, (b, folds, p).
+        loss: (b, folds).
+        residuals: (b, folds, n).
+        gap: (b, folds).
         evaluations: used, (b,).
     """
     n = weights.shape[1]

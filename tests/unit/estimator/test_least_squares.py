@@ -106,6 +106,19 @@ def test_a_growing_episode_and_its_last_problem_alone_agree_bit_for_bit():
         assert same(growing.fit(FitProblem(MODEL, part)), LeastSquares().fit(FitProblem(MODEL, part)))
 
 
+@pytest.mark.parametrize("n", [1, 3, 20, 80], ids="n = {}".format)
+def test_fold_0_is_the_same_with_the_other_folds_and_without(n):
+    positions, times = np.random.default_rng(n).uniform(0, 100, (n, 2)), np.arange(1.0, n + 1)
+    values = MODEL.predict(np.array([[2.0, 3.0]]), positions, times)[0]
+    samples = Samples.of(positions, times, values + np.random.default_rng(1).standard_normal(n))
+    whole = LeastSquares().fit(FitProblem(MODEL, samples))
+    alone = LeastSquares().fit(FitProblem(MODEL, samples, leave_one_out=False))
+    assert alone.theta.shape == (1, 2)
+    assert alone.evaluations < whole.evaluations
+    for found, every in ((alone.theta, whole.theta), (alone.residuals, whole.residuals)):
+        np.testing.assert_array_equal(found[0], every[0])
+
+
 def test_one_changed_value_amid_known_samples_is_noticed():
     estimator, whole = LeastSquares(), random_problem(4).samples
     estimator.fit(FitProblem(MODEL, whole))

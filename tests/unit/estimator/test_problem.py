@@ -97,11 +97,15 @@ def test_errors_by_hand():
     assert found.e_total == pytest.approx(found.e_f + found.e_cv)
 
 
-def test_errors_of_nothing_or_without_folds_are_refused():
+def test_errors_of_nothing_are_refused():
     with pytest.raises(ValueError, match="at least one sample"):
         errors(fit_of(np.empty((1, 0))))
-    with pytest.raises(ValueError, match="leave_one_out"):
-        errors(fit_of([[1.0, 2.0]]))
+
+
+def test_fold_0_alone_says_nothing_of_cross_validation():
+    found = errors(fit_of([[1.0, 3.0]]))
+    assert found.e_f == pytest.approx(5.0)
+    assert np.isnan([found.e_cv, found.e_total]).all()
 
 
 def test_the_best_loss_so_far_passes_over_failed_solves():

@@ -46,6 +46,12 @@ def test_an_impossible_budget_is_refused_by_its_name(mission, key, value):
     assert error.value.key == key
 
 
+def test_when_folds_are_fitted_is_one_of_two_words(mission):
+    with pytest.raises(InvalidValue, match="every_step, as_needed") as error:
+        mission(cross_validation="never")
+    assert error.value.key == "cross_validation"
+
+
 class Opaque:
     """A model without derivatives."""
 

@@ -33,6 +33,7 @@ CONFIG = {
         {"pde": {"cells": [20, 11], "solutions": {"memory": 512}}},
         {"estimator": {"starts": 2, "workers": 1}},
         {"vehicle": CONFIG["vehicle"] | {"solutions": 1}},
+        {"cross_validation": "as_needed"},
     ],
 )
 def test_what_changes_a_result_changes_the_key(change):
@@ -48,6 +49,7 @@ def test_what_changes_a_result_changes_the_key(change):
         {"tracking": {"uri": "x"}},
         {"pde": {"cells": [20, 10], "solutions": {"memory": 1, "directory": "x"}}},
         {"estimator": {"starts": 1, "workers": 8}},
+        {"cross_validation": "every_step"},
     ],
 )
 def test_what_cannot_change_a_result_does_not_change_the_key(change):
