@@ -40,7 +40,9 @@ def _effective(config: Mapping[str, Any], path: str = "") -> dict[str, Any]:
     found = {key: value for key, value in config.items() if f"{path}{key}" not in WITHOUT_EFFECT}
     if not path:  # as before there were such keys
         found = {
-            key: value for key, value in found.items() if key not in _LATER or value and value != _LATER[key]
+            key: value
+            for key, value in found.items()
+            if key not in _LATER or (value and value != _LATER[key])
         }
     return {
         key: _effective(value, f"{path}{key}.") if isinstance(value, Mapping) else value
