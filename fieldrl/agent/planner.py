@@ -1,8 +1,14 @@
-"""A receding-horizon planner: before every step it plans the rest of the mission, and takes the first action.
+"""A receding-horizon planner by hindsight optimisation: before every step it plans the rest of the mission.
 
-A plan is worth what error it leaves, expected over what the truth may be given the samples:
+The truth may be any of some particles. For each of them the best plan is sought, as if it were known, and an
+action is worth what error such plans leave if they begin with it:
 
-    mean over particles theta of sqrt(tr F(theta)^-1 / p)
+    Q(a) = mean over particles theta of the least over plans that begin with a of sqrt(tr F(theta)^-1 / p)
+
+So the action is chosen that serves all particles, given that the way after it is chosen when more is known
+(hindsight optimisation, Chong, Givan & Chang 2000; of a partly observed process, QMDP, Littman, Cassandra &
+Kaelbling 1995). It supposes that everything is known then: a way that only serves to tell particles apart is
+worth nothing. One plan for all particles would suppose that nothing more is ever known.
 
 The particles are drawn from the posterior (uniform prior within the bounds, normal noise) by importance
 resampling, from half prior, half normal proposals around the estimate.
@@ -22,13 +28,13 @@ from fieldrl.core.kinds import component
 
 @component
 class Planner(Planning):
-    """Cross-entropy over plans, on particles of the posterior.
+    """Hindsight optimisation, with plans by the cross-entropy method and particles of the posterior.
 
     A model without derivatives is dear: there the estimate is the only particle.
 
     Args:
         particles: M >= 1.
-        population: plans of an iteration of the cross-entropy method, >= 8.
+        population: plans of an iteration of the cross-entropy method, for each particle, >= 8.
         iterations: of it, >= 1.
         horizon: steps that are planned at most, >= 1.
         proposals: drawn for the particles, >= 2.
@@ -48,26 +54,25 @@ class Planner(Planning):
         checks.integer("proposals", self.proposals, 2)
 
     def plan(self, state: State, situation: Situation, rng: np.random.Generator) -> int:
-        """The first action of the best plan."""
-        thetas = self._particles(situation, rng)
-        horizon, actions = min(self.horizon, situation.left), state["actions"].item()
-        best = cross_entropy(
-            lambda plans: expected_error(situation, plans, thetas),
-            uniform(horizon, actions),
+        """The action of the least Q."""
+        thetas, actions = self._particles(situation, rng), state["actions"].item()
+        best = np.array([self._best(situation, theta, actions, rng) for theta in thetas])
+        plans = np.unique(_with_each_action_first(best, actions), axis=0)
+        left = information.uncertainty(situation.information(plans, thetas))
+        worth = [left[:, plans[:, 0] == action].min(axis=1).mean() for action in range(actions)]
+        return int(np.argmin(worth))
+
+    def _best(
+        self, situation: Situation, theta: NDArray[np.float64], actions: int, rng: np.random.Generator
+    ) -> NDArray[np.int64]:
+        """The best plan found, were theta (p,) true, (H,)."""
+        return cross_entropy(
+            lambda plans: expected_error(situation, plans, theta[None]),
+            uniform(min(self.horizon, situation.left), actions),
             rng,
             self.population,
             self.iterations,
-            self._before(state, situation, horizon),
         )
-        state["plan"], state["made"] = best, np.array([len(situation.samples)])
-        return int(best[0])
-
-    def _before(self, state: State, situation: Situation, horizon: int) -> NDArray[np.int64] | None:
-        """What is left of the last plan, its last action repeated, (H,); None at an episode's start."""
-        if "plan" not in state or state["made"].item() != len(situation.samples) - 1:
-            return None
-        rest = state["plan"][1 : horizon + 1]
-        return np.pad(rest, (0, horizon - len(rest)), mode="edge") if len(rest) else None
 
     def _particles(self, situation: Situation, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draws from the posterior, (M, p)."""
@@ -107,3 +112,10 @@ class Planner(Planning):
         normal = np.sqrt(np.linalg.det(known)) * (2 * np.pi) ** (-p / 2) * np.exp(-0.5 * squared)
         prior = 0.5**p
         return u, prior / (0.5 * prior + 0.5 * normal)
+
+
+def _with_each_action_first(plans: NDArray[np.int64], actions: int) -> NDArray[np.int64]:
+    """Plans (K, H) with each action in the place of their first, (K * actions, H)."""
+    changed = np.repeat(plans, actions, axis=0)
+    changed[:, 0] = np.tile(np.arange(actions), len(plans))
+    return changed

@@ -49,7 +49,6 @@ def cross_entropy(
     rng: np.random.Generator,
     population: int,
     iterations: int,
-    best: NDArray[np.int64] | None = None,
 ) -> NDArray[np.int64]:
     """The plan of least cost that was drawn, (H,).
 
@@ -59,10 +58,9 @@ def cross_entropy(
         rng: draws population H uniform numbers in each iteration.
         population: plans of an iteration; an eighth of them are the elite.
         iterations: how often they are drawn.
-        best: a plan to begin with, (H,).
     """
     horizon, actions = chances.shape
-    kept = np.empty((0, horizon), np.int64) if best is None else best[None]
+    kept = np.empty((0, horizon), np.int64)
     for _ in range(iterations):
         uniform = rng.random((population, horizon))
         drawn = (uniform[..., None] > np.cumsum(chances, axis=1)[None, :, :-1]).sum(axis=-1)

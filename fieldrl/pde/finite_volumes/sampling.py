@@ -46,7 +46,7 @@ def stencil(
         indices (n, WIDTH) and weights (n, WIDTH).
     """
     position = (points - low) * (cells / (high - low))
-    nearest = np.clip(np.floor(position).astype(np.int64), 0, cells - 1)
+    nearest = np.minimum(np.maximum(np.floor(position).astype(np.int64), 0), cells - 1)
     xi = position - nearest - 0.5
     weights = xi[:, None] ** np.arange(WIDTH) @ POLYNOMIALS.T
     indices = (nearest[:, None] + _OFFSETS) % (2 * cells)

@@ -2,7 +2,9 @@
 
 A sample's prediction as a function of the unknowns is one tensor spline; its coefficients, a table, follow
 from the modes at the sample's place. Tables are kept for the samples that were asked for last: a memo, which
-changes no result by a bit. Each evaluation then takes 6^p numbers of a table.
+changes no result by a bit. Each evaluation then takes 6^p numbers of a table. Candidates that differ in the
+last unknown alone, as those of a coarse grid do, have the sums over rows in common, a line; and lines of a
+grid have their places in common.
 
 | symbol | meaning | shape |
 |---|---|---|
@@ -10,6 +12,8 @@ changes no result by a bit. Each evaluation then takes 6^p numbers of a table.
 | values, slopes | the 6 B-splines of each axis that are not zero at u, and their derivatives | (p, 6) |
 | places | rows of a table: pairs (triples, ...) of the B-splines of all axes but the last | (6^(p - 1),) |
 | products | of these B-splines, with the derivative along axis k; the last ones without | (p, 6^(p - 1)) |
+| line | coefficients along the last axis: sums over rows, times their products | (p, N_p) |
+| on line | last unknown of each of its candidates, its first B-spline, their values and slopes | (m, 2 + 12) |
 """
 
 from __future__ import annotations
@@ -46,6 +50,7 @@ from fieldrl.pde.reduced_order.packing import (
 from fieldrl.pde.reduced_order.splines import WIDTH
 
 _PROBES = 16  # places of the memo where a sample may be
+_LINE = 6  # candidates on a line for which its coefficients pay
 _SAME_TIME = 1e-9
 
 
@@ -90,13 +95,12 @@ def _predict(theta, positions, times, constants, prediction, jacobian):
         constants[CALLS] += 1.0
         for j in range(begin, end):
             tables[j - begin] = _table(positions[j, 0], positions[j, 1], times[j], constants)
-        leading = 0
+        if theta.shape[0] >= _LINE:
+            _on_lines(theta, constants, tables, scratch, prediction, jacobian, begin, end)
+            continue
         for i in range(theta.shape[0]):
-            if i == 0 or _differs(theta, i):
-                leading = _lead(theta, i, constants, scratch)
-            base = leading + _last(theta, i, constants, scratch)
-            for j in range(begin, end):
-                _spline(constants, tables[j - begin] + base, scratch, prediction, jacobian, i, j)
+            leading = _lead(theta, i, constants, scratch)
+            _at_point(theta, i, constants, leading, tables, scratch, prediction, jacobian, begin, end)
 
 
 @njit(cache=True, error_model="numpy")
@@ -108,12 +112,13 @@ def _scratch(p):
 
 
 @loop
-def _differs(theta, i):
-    """Whether a candidate differs from the one before it in more than the last unknown."""
-    for k in range(theta.shape[1] - 1):  # noqa: SIM110 - numba compiles no generator expressions
-        if theta[i, k] != theta[i - 1, k]:
-            return True
-    return False
+def _end_of_line(theta, i):
+    """The first candidate after i that differs from it in more than the last unknown; m if there is none."""
+    for other in range(i + 1, theta.shape[0]):
+        for k in range(theta.shape[1] - 1):
+            if theta[other, k] != theta[i, k]:
+                return other
+    return theta.shape[0]
 
 
 @loop
@@ -181,6 +186,81 @@ def _spline(table, base, scratch, prediction, jacobian, i, j):
         jacobian[i, j, 0] = slope
     for k in range(1, last):
         _, _, jacobian[i, j, k] = _sums(table, base, places, products, k, values, slopes)
+
+
+@njit(cache=True, error_model="numpy")
+def _on_lines(theta, constants, tables, scratch, prediction, jacobian, begin, end):
+    """``_at_point`` of many candidates, with the same additions, in place; lines of a few pay."""
+    m, last = theta.shape[0], theta.shape[1] - 1
+    on_line = np.full((m, 2 + 2 * WIDTH), np.nan)
+    line = np.empty((last + 1, _stride(constants, last - 1) if last else int(constants[TABLE])))
+    i = 0
+    while i < m:
+        leading, beyond = _lead(theta, i, constants, scratch), _end_of_line(theta, i)
+        if beyond - i >= _LINE:
+            _place(theta, i, beyond, constants, scratch, on_line)
+            for j in range(begin, end):
+                _add_up(constants, tables[j - begin] + leading, scratch, line)
+                _along(line, on_line, prediction, jacobian, i, beyond, j)
+            i = beyond
+        while i < beyond:
+            _at_point(theta, i, constants, leading, tables, scratch, prediction, jacobian, begin, end)
+            i += 1
+
+
+@loop
+def _at_point(theta, i, constants, leading, tables, scratch, prediction, jacobian, begin, end):
+    """Candidate i at samples ``begin`` to ``end``, in place."""
+    base = leading + _last(theta, i, constants, scratch)
+    for j in range(begin, end):
+        _spline(constants, tables[j - begin] + base, scratch, prediction, jacobian, i, j)
+
+
+@loop
+def _place(theta, begin, beyond, constants, scratch, on_line):
+    """Bring ``on_line`` up to date with a line's candidates."""
+    last = theta.shape[1] - 1
+    for i in range(begin, beyond):
+        row = on_line[i - begin]
+        if row[0] != theta[i, last]:
+            row[0], row[1] = theta[i, last], _last(theta, i, constants, scratch)
+            for b in range(WIDTH):
+                row[2 + b], row[2 + WIDTH + b] = scratch[0][last, b], scratch[1][last, b]
+
+
+@loop
+def _add_up(constants, table, scratch, line):
+    """The line's coefficients, in place."""
+    _, _, places, products = scratch
+    line[:] = 0.0
+    for row in range(places.size):
+        first = np.uint64(table + places[row])  # unsigned: never from the end
+        for along in range(line.shape[0]):
+            product = products[along, row]
+            for g in range(line.shape[1]):
+                line[along, g] += product * constants[first + np.uint64(g)]
+
+
+@loop
+def _along(line, on_line, prediction, jacobian, begin, beyond, j):
+    """The splines on a line, and their derivatives, at sample j, in place."""
+    last = line.shape[0] - 1
+    for i in range(begin, beyond):
+        row = on_line[i - begin]
+        first = np.uint64(row[1])  # unsigned: never from the end
+        prediction[i, j] = _dot(line[last], first, row, 2)
+        jacobian[i, j, last] = _dot(line[last], first, row, 2 + WIDTH)
+        for k in range(last):
+            jacobian[i, j, k] = _dot(line[k], first, row, 2)
+
+
+@loop
+def _dot(line, first, row, at):
+    """What the B-splines from ``at`` on in a row of ``on_line`` make of the line's coefficients."""
+    total = line[first] * row[at]
+    for b in range(1, WIDTH):
+        total += line[first + np.uint64(b)] * row[at + b]
+    return total
 
 
 @loop

@@ -11,6 +11,7 @@ from fieldrl.agent.planning import cross_entropy, expected_error, uniform
 from fieldrl.agent.situation import Situation
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.domain import Domain
+from fieldrl.core.information import uncertainty
 from fieldrl.core.samples import Samples
 from fieldrl.core.streams import stream
 from fieldrl.pde.advection import Advection
@@ -105,6 +106,25 @@ def test_the_cross_entropy_method_finds_the_cheapest_plan():
         lambda plans: (plans != wanted).sum(axis=1).astype(float), uniform(6, 7), stream(0, "test"), 128, 12
     )
     assert np.array_equal(found, wanted)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_planner_s_action_serves_all_particles_best(water, seed):
+    thetas = stream(seed, "particles").uniform(-3, 3, (3, 2))
+    pose = np.array([70.0, 80.0, 0.0])
+    here = situation(water, state=pose, left=2)
+    plans = np.stack(np.meshgrid(np.arange(7), np.arange(7), indexing="ij"), axis=-1).reshape(-1, 2)
+    left = uncertainty(here.information(plans, thetas)).reshape(3, 7, 7)
+    worth = left.min(axis=2).mean(axis=0)
+
+    class Told(Planner):
+        def _particles(self, situation, rng):
+            return thetas
+
+    planner = Told(population=128)
+    action = planner.plan(planner.begin(np.zeros(4), np.ones(4), 7), here, stream(seed, "test"))
+    assert worth[action] == worth.min()
+    assert worth.max() > 1.02 * worth.min()
 
 
 def test_particles_are_draws_from_the_posterior(water):

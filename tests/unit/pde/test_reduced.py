@@ -10,6 +10,7 @@ import pytest
 
 from fieldrl.core.checks import InvalidValue
 from fieldrl.core.samples import Samples
+from fieldrl.estimator.descent.coarse_search import box_grid
 from fieldrl.estimator.least_squares import LeastSquares
 from fieldrl.estimator.problem import Compiled, Differentiable, FitProblem
 from fieldrl.pde import reduced
@@ -59,24 +60,47 @@ def test_splines_are_exact_at_their_nodes():
     np.testing.assert_allclose(found, values.ravel(), atol=2e-6)
 
 
-@pytest.mark.parametrize("p", [1, 2, 3])
-def test_polynomials_of_degree_five_are_reproduced_with_their_derivatives(p):
+def polynomial(powers):
+    """A model whose field is the product of u_k ** powers[k] everywhere, at time 1."""
+    p = len(powers)
     axes = [splines.axis(np.linspace(-1, 1, count)) for count in (6, 8, 7)[:p]]
-    powers = (5, 3, 2)[:p]
     values = np.ones([len(axis.nodes) for axis in axes])
     for k, (axis, power) in enumerate(zip(axes, powers, strict=True)):
         values = values * np.moveaxis(np.atleast_1d(axis.nodes**power).reshape([-1] + [1] * (p - 1)), 0, k)
     one = packing.Decomposed(1.0, np.ones((1, 81)), splines.coefficients(axes, values[..., None]))
-    kept = packing.packed(axes, [(2.0, 4.0)] * p, ((0, 0), (9, 9)), (9, 9), [one])
+    return packing.with_memo(packing.packed(axes, [(2.0, 4.0)] * p, ((0, 0), (9, 9)), (9, 9), [one]))
+
+
+@pytest.mark.parametrize("p", [1, 2, 3])
+def test_polynomials_of_degree_five_are_reproduced_with_their_derivatives(p):
+    powers = (5, 3, 2)[:p]
     u = RNG.uniform(-1, 1, (50, p))
     predicted, jacobian = reduced.kernel.evaluate(
-        2.0 + 4.0 * u, np.full((1, 2), 4.5), np.ones(1), packing.with_memo(kept)
+        2.0 + 4.0 * u, np.full((1, 2), 4.5), np.ones(1), polynomial(powers)
     )
     expected = np.prod(u**powers, axis=1)
     np.testing.assert_allclose(predicted[:, 0], expected, atol=1e-5)
     for k in range(p):
         slope = expected / u[:, k] * powers[k] / 4.0
         np.testing.assert_allclose(jacobian[:, 0, k], slope, atol=2e-5)
+
+
+@pytest.mark.parametrize("p", [1, 2, 3])
+def test_candidates_on_a_grid_are_what_they_are_alone_bit_for_bit(p):
+    constants, grid = polynomial((5, 3, 2)[:p]), 2.0 + 4.0 * box_grid(9, p)
+    elsewhere = 2.0 + 4.0 * RNG.uniform(-1, 1, (5, p))
+    theta = np.concatenate([grid, grid[::-1][:20], grid[:4], elsewhere, grid[5:30]])
+    samples = RNG.uniform(1, 8, (3, 2)), np.ones(3)
+    together = reduced.kernel.evaluate(theta, *samples, constants)
+    for i, one in enumerate(theta):
+        for found, alone in zip(
+            together, reduced.kernel.evaluate(one[None], *samples, constants), strict=True
+        ):
+            np.testing.assert_array_equal(found[i], alone[0])
+
+
+def inside_box(p, count):
+    return 2.0 + 4.0 * RNG.uniform(-1, 1, (count, p))
 
 
 def test_the_jacobian_is_that_of_the_predictions(model):
