@@ -13,7 +13,7 @@ grid have their places in common.
 | places | rows of a table: pairs (triples, ...) of the B-splines of all axes but the last | (6^(p - 1),) |
 | products | of these B-splines, with the derivative along axis k; the last ones without | (p, 6^(p - 1)) |
 | line | coefficients along the last axis: sums over rows, times their products | (p, N_p) |
-| on line | last unknown of each of its candidates, its first B-spline, their values and slopes | (m, 2 + 12) |
+| on line | last unknown of each of its candidates, its first B-spline, values and slopes | (m, 2 + 12) |
 """
 
 from __future__ import annotations
