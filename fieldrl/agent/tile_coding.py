@@ -28,7 +28,9 @@ from fieldrl.core import checks
 from fieldrl.core.kinds import component
 
 OWN = ("x", "y", "heading", "time")
-OBSERVED = (*OWN, "value", "uncertainty", "plume_x", "plume_y", "plume_distance", "plume_bearing")
+OBSERVED = (
+    *OWN, "value", "uncertainty", "plume_x", "plume_y", "plume_distance", "plume_bearing", "plume_nearness",
+)  # fmt: skip
 """In the order of the observation, see ``fieldrl.observation``; estimate_1, deviation_1, ... follow."""
 _BY_UNKNOWN = ("estimate", "deviation")
 OFFSETS = ("asymmetric", "uniform")

@@ -9,7 +9,10 @@ AGENTS = (
     "true_online_sarsa_lambda", "informed_sarsa_lambda", "planner", "oracle",
 )  # fmt: skip
 LEARNERS = ("sarsa_lambda", "true_online_sarsa_lambda", "informed_sarsa_lambda")
-COMMON = ("scenario=drawn", "reward=information_gain", "estimator=least_squares", "steps=20")
+COMMON = (
+    "scenario=drawn", "reward=information_gain", "estimator=least_squares", "steps=20",
+    "cross_validation=as_needed",
+)  # fmt: skip
 """Of every case: truths drawn anew, one budget, one estimator, so that only the choice of samples differs."""
 
 

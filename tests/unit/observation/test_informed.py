@@ -28,7 +28,7 @@ def test_the_paper_s_agent_sees_its_own_state_alone():
 
 def test_before_the_first_sample_only_the_bounds_are_known():
     seen = Informed().see(np.array([20.0, 50.0, 0.0, 0.0]), NONE)
-    assert seen.tolist() == [20, 50, 0, 0, 0, 0, 30, 0, 30, 0, 0, 1, 0, 1]
+    assert seen.tolist() == [20, 50, 0, 0, 0, 0, 30, 0, 30, 0, 40 / 70, 0, 1, 0, 1]
 
 
 def test_the_feature_is_predicted_where_the_estimate_s_flow_has_carried_it():
@@ -36,7 +36,7 @@ def test_the_feature_is_predicted_where_the_estimate_s_flow_has_carried_it():
     seen = Informed().see(np.array([56.0, 52.0, heading, 2.0]), Known(MODEL, TWO, THETA, 1.0))
     assert seen[4] == 20.0
     assert seen[6:8] == pytest.approx([0.0, 10.0])
-    assert seen[8:10] == pytest.approx([10.0, 0.0], abs=1e-12)
+    assert seen[8:11] == pytest.approx([10.0, 0.0, 0.8], abs=1e-12)
     behind = Informed().see(np.array([56.0, 52.0, -heading, 2.0]), Known(MODEL, TWO, THETA, 1.0))
     assert abs(behind[9]) == pytest.approx(math.pi)
 
@@ -45,13 +45,13 @@ def test_deviations_are_those_of_the_fisher_information():
     seen = Informed().see(np.array([56.0, 52.0, 0.0, 2.0]), Known(MODEL, TWO, THETA, 2.0))
     slopes = MODEL.jacobian(THETA[None], TWO.positions, TWO.times)[0] * 15.0 / 2.0
     variances = np.linalg.inv(np.eye(2) + slopes.T @ slopes)
-    assert seen[10::2] == pytest.approx(THETA / 15.0)
-    assert seen[11::2] == pytest.approx(np.sqrt(np.diag(variances)))
+    assert seen[11::2] == pytest.approx(THETA / 15.0)
+    assert seen[12::2] == pytest.approx(np.sqrt(np.diag(variances)))
     assert seen[5] == pytest.approx(0.5 * np.log10(np.trace(variances) / 2))
 
 
 def test_an_observation_lies_within_its_bounds():
     low, high = Informed().bounds(LOW, HIGH, MODEL)
     seen = Informed().see(np.array([56.0, 52.0, 0.0, 2.0]), Known(MODEL, TWO, THETA, 1.0))
-    assert len(low) == len(high) == len(seen) == 14
+    assert len(low) == len(high) == len(seen) == 15
     assert np.all((low <= seen) & (seen <= high))
