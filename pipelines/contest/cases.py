@@ -75,7 +75,7 @@ class Scale:
 
 
 SCALES = {
-    "paper": Scale(PLACES, 100, 3000),
+    "paper": Scale(PLACES, 100, 10_000),
     "small": Scale((PLACES[0], PLACES[2]), 10, 300),
 }
 
