@@ -36,21 +36,22 @@ class Planner(Planning):
         particles: M >= 1.
         population: plans of an iteration of the cross-entropy method, for each particle, >= 8.
         iterations: of it, >= 1.
-        horizon: steps that are planned at most, >= 1.
+        horizon: steps that are planned at most, >= 1; None: the rest of the mission.
         proposals: drawn for the particles, >= 2.
     """
 
     particles: int = 16
     population: int = 64
     iterations: int = 4
-    horizon: int = 20
+    horizon: int | None = None
     proposals: int = 2000
 
     def __post_init__(self) -> None:
         checks.integer("particles", self.particles, 1)
         checks.integer("population", self.population, 8)
         checks.integer("iterations", self.iterations, 1)
-        checks.integer("horizon", self.horizon, 1)
+        if self.horizon is not None:
+            checks.integer("horizon", self.horizon, 1)
         checks.integer("proposals", self.proposals, 2)
 
     def plan(self, state: State, situation: Situation, rng: np.random.Generator) -> int:
@@ -68,7 +69,7 @@ class Planner(Planning):
         """The best plan found, were theta (p,) true, (H,)."""
         return cross_entropy(
             lambda plans: expected_error(situation, plans, theta[None]),
-            uniform(min(self.horizon, situation.left), actions),
+            uniform(min(self.horizon or situation.left, situation.left), actions),
             rng,
             self.population,
             self.iterations,

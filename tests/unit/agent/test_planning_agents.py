@@ -145,7 +145,13 @@ def test_particles_are_draws_from_the_posterior(water):
 
 @pytest.mark.parametrize(
     ("agent", "key"),
-    [(Planner, "particles"), (Planner, "population"), (Oracle, "iterations"), (Oracle, "restarts")],
+    [
+        (Planner, "particles"),
+        (Planner, "population"),
+        (Planner, "horizon"),
+        (Oracle, "iterations"),
+        (Oracle, "restarts"),
+    ],
 )
 def test_a_plan_needs_some_of_each(agent, key):
     with pytest.raises(InvalidValue, match=key):
