@@ -153,7 +153,6 @@ def _choices(hint: Any) -> tuple[Any, ...]:
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
 
 
-@lru_cache(maxsize=1024)
 def _mentions(hint: Any, *kinds: type) -> bool:
     return hint in kinds or any(_mentions(inner, *kinds) for inner in get_args(hint))
 

@@ -144,7 +144,8 @@ class FieldSampling(gymnasium.Env[NDArray[np.float64], np.int64]):
     at the walls; the fit is given the position as it was measured, or the nearest to it that the model can
     predict at.
     With ``cross_validation="as_needed"`` e_cv and e_total are NaN but after an episode's last sample, where
-    the reward does not need them; estimate and reward stay the same, for the folds change neither.
+    the reward does not need them. Estimates by least squares stay the same, bit for bit; for Bayesian
+    optimisation solves for one fold tell of the others, so that its estimates move within their tolerance.
     A seeded ``reset`` forgets what the estimator has solved; an unseeded one keeps it.
 
     Args:
