@@ -107,7 +107,7 @@ def global_fits(model, samples, tikhonov, weights, search, memo, starts, stop, u
     u[0], residuals[0] = minima[0][0], minima[1][0]
     if len(weights) == 1:
         return evaluations + len(grid)
-    expansion = expand(model, samples, minima, count, work)
+    expansion = expand(minima, count)
     open_cells = _open_cells(total, largest, lowest[:found])
     own = np.empty(starts, dtype=np.int64)
     scratch = fold_scratch(n, p)

@@ -1,13 +1,15 @@
 """A fold that leaves one sample out, from the minima of the full fit: a small change of it, compiled.
 
 At a minimum of the full fit everything is known for all samples; without sample i the loss and its
-derivatives follow by taking that sample's terms away, at the cost of (p, p) and not of the samples.
+derivatives follow by taking that sample's terms away, at the cost of (p, p) and not of the samples. Derivatives
+at a minimum are found when the first fold starts there.
 
 | symbol | meaning | shape |
 |---|---|---|
 | K | minima of the full fit | |
 | A, b, q | sums over all samples of J^T J, r J and r^2, by scaled unknowns | (K, p, p), (K, p), (K,) |
 | C, S | second derivatives S of r by scaled unknowns, and the sums of r S | (K, p, p), (K, n, p, p) |
+| started | whether a fold has started at the minimum: whether A, b, C and S are there | (K,) |
 """
 
 from __future__ import annotations
@@ -25,21 +27,22 @@ _DETERMINED = 0.25  # a minimum known to this part of a grid cell has no twin cl
 
 
 @njit(cache=True, error_model="numpy")
-def expand(model, samples, minima, count, work):
-    """A, b, q, C and S at the first ``count`` minima."""
+def expand(minima, count):
+    """Room for A, b, C and S at the first ``count`` minima, q, and that no fold has started there."""
     n, p = minima[1].shape[1], minima[0].shape[1]
     sums = np.zeros((count, p, p)), np.zeros((count, p)), np.zeros(count), np.zeros((count, p, p))
-    expansion = *sums, np.empty((count, n, p, p))
+    expansion = *sums, np.empty((count, n, p, p)), np.zeros(count, dtype=np.bool_)
     for i in range(count):
-        _expand(model, samples, minima, i, work, expansion)
+        for j in range(n):
+            expansion[2][i] += minima[1][i, j] ** 2
     return expansion
 
 
 @loop
 def _expand(model, samples, minima, i, work, expansion):
-    """One minimum's part of the expansion, in place."""
+    """The derivatives at one minimum, in place."""
     places, residuals, jacobians = minima
-    a, b, q, c, s = expansion
+    a, b, _, c, s, started = expansion
     _, (vectors, _, spare_residuals, spare, _) = work
     scale = model[3]
     for k in range(scale.size):
@@ -51,8 +54,7 @@ def _expand(model, samples, minima, i, work, expansion):
                 s[i, j, k, m] = (spare[j, m] - jacobians[i, j, m]) * scale[m] / shift
                 a[i, k, m] += slope * jacobians[i, j, m] * scale[m]
                 c[i, k, m] += r * s[i, j, k, m]
-    for j in range(residuals.shape[1]):
-        q[i] += residuals[i, j] ** 2
+    started[i] = True
 
 
 @njit(cache=True, error_model="numpy")
@@ -74,7 +76,7 @@ def _loss_without(minima, expansion, i, out, weight, tikhonov):
 def _state_without(minima, expansion, i, out, weight, tikhonov, scale, state):
     """H, C, g and the damping's diagonal there, written into the state of a descent."""
     places, residuals, jacobians = minima
-    a, b, _, c, s = expansion
+    a, b, _, c, s, _ = expansion
     matrix, curvature, gradient, metric = state
     r = residuals[i, out]
     for k in range(metric.size):
@@ -101,7 +103,7 @@ def fold_fit(
         tikhonov: tau.
         out: the sample that is left out.
         minima: of the full fit, u (K, p), residuals (K, n), Jacobians (K, n, p), the best one first.
-        expansion: from ``expand``.
+        expansion: from ``expand``; derivatives are added where the fold is the first to start.
         grid: scaled unknowns of the coarse grid, (G, p).
         own: places of the grid to start from as well.
         cell: the grid's spacing.
@@ -124,6 +126,8 @@ def fold_fit(
             loss = _loss_without(minima, expansion, start, out, weight, tikhonov)
             if loss > bar:
                 continue
+            if not expansion[5][start]:
+                _expand(model, samples, minima, start, work, expansion)
             copy_point(minima[0][start], minima[1][start], minima[2][start], u, residuals, jacobian)
             _state_without(minima, expansion, start, out, weight, tikhonov, model[3], work[0])
             loss, used, gap = descend(
