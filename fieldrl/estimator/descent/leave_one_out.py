@@ -1,8 +1,8 @@
 """A fold that leaves one sample out, from the minima of the full fit: a small change of it, compiled.
 
 At a minimum of the full fit everything is known for all samples; without sample i the loss and its
-derivatives follow by taking that sample's terms away, at the cost of (p, p) and not of the samples. Derivatives
-at a minimum are found when the first fold starts there.
+derivatives follow by taking that sample's terms away, at the cost of (p, p) and not of the samples. The
+derivatives at a minimum are found when the first fold starts there.
 
 | symbol | meaning | shape |
 |---|---|---|
