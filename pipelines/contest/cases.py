@@ -25,12 +25,14 @@ class Place:
         start: where the vehicle begins, in words of the table.
         plume: where the feature begins.
         overrides: what makes it so.
+        share: of a scale's test missions that are held here.
     """
 
     experiment: str
     start: str
     plume: str
     overrides: tuple[str, ...]
+    share: float = 1.0
 
 
 def _near(start: str, plume: str) -> Place:
@@ -46,7 +48,7 @@ def _far(start: str) -> Place:
 def _gyre(start: str) -> Place:
     """Truths are of the reduced model that is fitted: thousands of episodes with full solves take hours."""
     water = ("pde=reduced_double_gyre", "pde.reduced_truth=true", "pde.truth_refinement=1")
-    return Place("double_gyre", start, "[60,40]", (*water, f"vehicle.start={start}", "steps=10"))
+    return Place("double_gyre", start, "[60,40]", (*water, f"vehicle.start={start}", "steps=10"), 1 / 3)
 
 
 PLACES = (
@@ -65,7 +67,7 @@ class Scale:
 
     Args:
         places: where.
-        seeds: test missions of each agent at each place.
+        seeds: test missions of each agent at a place, or a place's share of them: where planning is dear.
         episodes: that a learner trains.
     """
 
@@ -73,9 +75,13 @@ class Scale:
     seeds: int
     episodes: int
 
+    def missions(self, place: Place) -> int:
+        """Test missions of each agent at a place."""
+        return round(self.seeds * place.share)
+
 
 SCALES = {
-    "paper": Scale(PLACES, 100, 10_000),
+    "paper": Scale(PLACES, 300, 10_000),
     "small": Scale((PLACES[0], PLACES[2]), 10, 300),
 }
 

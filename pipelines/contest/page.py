@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 
 from fieldrl.core.streams import stream
 from pipelines.contest import figures
-from pipelines.contest.statistics import bootstrap, interquartile_mean, probability_of_improvement
+from pipelines.contest.statistics import (
+    bootstrap,
+    bootstrap_ratio,
+    interquartile_mean,
+    probability_of_improvement,
+)
 
 PLACE = ["experiment", "start", "plume"]
 _ERRORS = ("parameter_error", "field_error")
@@ -36,7 +41,7 @@ def write(table: Any, folder: Path, episodes: int, small: bool) -> None:
     text = page.get_template("page.html.jinja").render(
         together=summary(all_places),
         places=[(name, summary(part)) for name, part in parts],
-        seeds=table["seed"].nunique(),
+        seeds=[rows["seed"].nunique() for _, rows in parts],
         steps=20,
         episodes=episodes,
         small=small,
@@ -51,12 +56,14 @@ def by_place(table: Any) -> list[tuple[str, Any]]:
 
 
 def relative(table: Any) -> Any:
-    """The same with errors as multiples of the oracle's at each place, so that places can be put together."""
-    parts = []
+    """The same with errors as multiples of the oracle's at each place, so that places can be put together: as
+    many missions of each as the place with the fewest has, the first ones."""
+    parts, count = [], table.groupby(PLACE)["seed"].nunique().min()
     for _, rows in table.groupby(PLACE, sort=False):
         oracle = rows[rows["agent"] == "oracle"]
         scale = {name: interquartile_mean(oracle[name].to_numpy(float)) for name in _ERRORS}
-        parts.append(rows.assign(**{name: rows[name] / scale[name] for name in _ERRORS}))
+        first = rows[rows["seed"] < count]
+        parts.append(first.assign(**{name: first[name] / scale[name] for name in _ERRORS}))
     return pd.concat(parts)
 
 
@@ -83,12 +90,23 @@ def summary(table: Any) -> list[list[str]]:
     rng, rows = stream(0, "contest bootstrap"), []
     for agent in sorted(errors, key=lambda name: interquartile_mean(errors[name])):
         low, high = bootstrap(errors[agent], rng)
+        times = times_the_oracle(errors, agent, rng)
         beats = probability_of_improvement(errors[agent], errors["random"]) if "random" in errors else np.nan
         mean = means.loc[agent]
         cost = f"{mean['seconds']:.2g}", f"{mean['training_seconds']:.0f}"
         rows.append([
-            agent, f"{interquartile_mean(errors[agent]):.3g} [{low:.3g}, {high:.3g}]",
+            agent, f"{interquartile_mean(errors[agent]):.3g} [{low:.3g}, {high:.3g}]", times,
             f"{interquartile_mean(fields[agent]):.3g}", f"{100 * mean['identified']:.0f} %",
             f"{totals[agent]:.3g}", *cost, f"{beats:.2f}",
         ])  # fmt: skip
     return rows
+
+
+def times_the_oracle(errors: dict[str, NDArray[np.float64]], agent: str, rng: np.random.Generator) -> str:
+    """The interquartile mean in that of the oracle's, and its 95 % interval, mission by mission."""
+    if agent == "oracle" or "oracle" not in errors:
+        return ""
+    own, others = errors[agent], errors["oracle"]
+    value = interquartile_mean(own) / interquartile_mean(others)
+    low, high = bootstrap_ratio(own, others, rng)
+    return f"{value:.3g} [{low:.3g}, {high:.3g}]"

@@ -23,6 +23,7 @@ _PLACE = "search, start [30,150], plume drawn"  # where most is to be learned
 _HEADS = (
     "agent",
     "error [95 %]",
+    "times the oracle's",
     "of the field",
     "identified",
     "e_total",

@@ -25,8 +25,33 @@ def bootstrap(scores: Table, rng: np.random.Generator, draws: int = 2000) -> tup
         rng: what is drawn from.
         draws: how many.
     """
-    again = rng.integers(scores.shape[1], size=(draws, *scores.shape))
-    found = interquartile_mean(np.take_along_axis(scores[None], again, axis=2))
+    return _interval(interquartile_mean(_again(scores, _runs(scores, rng, draws))))
+
+
+def bootstrap_ratio(
+    scores: Table, others: Table, rng: np.random.Generator, draws: int = 2000
+) -> tuple[float, float]:
+    """95 % interval of the ratio of interquartile means, the same runs of both drawn again.
+
+    Args:
+        scores: (tasks, runs).
+        others: of the same tasks and runs, (tasks, runs).
+        rng: what is drawn from.
+        draws: how many.
+    """
+    runs = _runs(scores, rng, draws)
+    return _interval(interquartile_mean(_again(scores, runs)) / interquartile_mean(_again(others, runs)))
+
+
+def _runs(scores: Table, rng: np.random.Generator, draws: int) -> NDArray[np.int64]:
+    return rng.integers(scores.shape[1], size=(draws, *scores.shape))
+
+
+def _again(scores: Table, runs: NDArray[np.int64]) -> NDArray[np.float64]:
+    return np.take_along_axis(scores[None], runs, axis=2)
+
+
+def _interval(found: NDArray[np.float64]) -> tuple[float, float]:
     low, high = np.quantile(found, [0.025, 0.975])
     return float(low), float(high)
 

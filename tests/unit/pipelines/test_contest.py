@@ -39,6 +39,19 @@ def test_the_page_shows_the_better_agent_first(table, tmp_path):
     assert page.course(table)["random"].shape == (3, 20)
 
 
+def test_places_are_put_together_by_as_many_missions_of_each(table):
+    fewer = table[table["seed"] < 2].assign(start="elsewhere")
+    together = page.relative(pd.concat([table, fewer]))
+    assert together.groupby(["start", "agent"])["seed"].nunique().tolist() == [2] * 6
+    assert page.scores(together, "parameter_error")["random"].shape == (2, 2)
+    (ours,) = (row for row in page.summary(table) if row[0] == "random")
+    own, oracle = (
+        page.interquartile_mean(table[table["agent"] == name]["parameter_error"].to_numpy())
+        for name in ("random", "oracle")
+    )
+    assert float(ours[2].split()[0]) == pytest.approx(own / oracle, rel=5e-3)
+
+
 def _record(returns, estimate, truth):
     by_episode = {"return": (("replicate", "episode"), returns)}
     theta = np.broadcast_to(estimate, (len(returns), 4, 3, 2))

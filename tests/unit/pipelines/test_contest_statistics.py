@@ -6,6 +6,7 @@ import pytest
 from fieldrl.core.streams import stream
 from pipelines.contest.statistics import (
     bootstrap,
+    bootstrap_ratio,
     interquartile_mean,
     performance_profile,
     probability_of_improvement,
@@ -40,3 +41,10 @@ def test_runs_are_drawn_within_their_task():
     table = np.array([[0.0, 0.0], [1.0, 1.0]])
     low, high = bootstrap(table, stream(0, "test"), 50)
     assert low == high == 0.5
+
+
+def test_a_ratio_is_that_of_the_same_runs():
+    others = stream(0, "test").gamma(2.0, size=(2, 40))
+    assert bootstrap_ratio(2.0 * others, others, stream(1, "test"), 50) == (2.0, 2.0)
+    low, high = bootstrap_ratio(others[:, ::-1], others, stream(1, "test"), 500)
+    assert low < 0.95 < 1.05 < high
