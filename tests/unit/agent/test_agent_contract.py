@@ -13,8 +13,8 @@ from fieldrl.core.streams import stream
 PLANNING = {"gradient", "greedy_information", "oracle", "planner"}  # see test_planning_agents.py
 CONFIGS = sorted((Path(__file__).parents[3] / "conf" / "agent").glob("*.yaml"))
 CONFIGS = [path for path in CONFIGS if path.stem not in PLANNING]
-LOW = np.array([0.0, 0.0, -np.pi / 4, 0.0, -200.0, -6.0, -200.0, -100.0, 0.0, -np.pi])
-HIGH = np.array([200.0, 100.0, np.pi / 4, 20.0, 200.0, 0.0, 200.0, 100.0, 224.0, np.pi])
+LOW = np.array([0.0, 0.0, -np.pi / 4, 0.0, -200.0, -6.0, -200.0, -100.0, 0.0, -np.pi, 0.0])
+HIGH = np.array([200.0, 100.0, np.pi / 4, 20.0, 200.0, 0.0, 200.0, 100.0, 224.0, np.pi, 1.0])
 ACTIONS, STEPS = 7, 20
 
 
@@ -25,7 +25,7 @@ def agent(request):
 
 
 def observations(rng):
-    """The observations of an episode, (STEPS + 1, 10), some of them outside the bounds."""
+    """The observations of an episode, (STEPS + 1, 11), some of them outside the bounds."""
     share = rng.uniform(-0.1, 1.1, size=(STEPS + 1, len(LOW)))
     share[:, 3] = np.linspace(0, 1, STEPS + 1)
     return LOW + share * (HIGH - LOW)
