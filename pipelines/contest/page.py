@@ -60,9 +60,9 @@ def relative(table: Any) -> Any:
     many missions of each as the place with the fewest has, the first ones."""
     parts, count = [], table.groupby(PLACE)["seed"].nunique().min()
     for _, rows in table.groupby(PLACE, sort=False):
-        oracle = rows[rows["agent"] == "oracle"]
-        scale = {name: interquartile_mean(oracle[name].to_numpy(float)) for name in _ERRORS}
         first = rows[rows["seed"] < count]
+        oracle = first[first["agent"] == "oracle"]
+        scale = {name: interquartile_mean(oracle[name].to_numpy(float)) for name in _ERRORS}
         parts.append(first.assign(**{name: first[name] / scale[name] for name in _ERRORS}))
     return pd.concat(parts)
 

@@ -43,7 +43,9 @@ def test_places_are_put_together_by_as_many_missions_of_each(table):
     fewer = table[table["seed"] < 2].assign(start="elsewhere")
     together = page.relative(pd.concat([table, fewer]))
     assert together.groupby(["start", "agent"])["seed"].nunique().tolist() == [2] * 6
-    assert page.scores(together, "parameter_error")["random"].shape == (2, 2)
+    errors = page.scores(together, "parameter_error")
+    assert errors["random"].shape == (2, 2)
+    assert [page.interquartile_mean(row) for row in errors["oracle"]] == pytest.approx([1.0, 1.0])
     (ours,) = (row for row in page.summary(table) if row[0] == "random")
     own, oracle = (
         page.interquartile_mean(table[table["agent"] == name]["parameter_error"].to_numpy())
