@@ -48,7 +48,7 @@ def _far(start: str) -> Place:
 def _gyre(start: str) -> Place:
     """Truths are of the reduced model that is fitted: thousands of episodes with full solves take hours."""
     water = ("pde=reduced_double_gyre", "pde.reduced_truth=true", "pde.truth_refinement=1")
-    return Place("double_gyre", start, "[60,40]", (*water, f"vehicle.start={start}", "steps=10"), 1 / 3)
+    return Place("double_gyre", start, "[60,40]", (*water, f"vehicle.start={start}", "steps=10"), 1 / 5)
 
 
 PLACES = (
@@ -81,7 +81,7 @@ class Scale:
 
 
 SCALES = {
-    "paper": Scale(PLACES, 300, 10_000),
+    "paper": Scale(PLACES, 250, 10_000),
     "small": Scale((PLACES[0], PLACES[2]), 10, 300),
 }
 
