@@ -200,9 +200,8 @@ class Batch:
         if getattr(observation, "needs_feature", False):
             flows = np.array([flow_parameters(water, each) for each in theta])
             plumes = carried_many(water.flow, flows, plumes, n * self.vehicle.time_step)
-        scale = getattr(getattr(water, "initial", None), "scale", math.nan)
         newest, noise = self.samples[2][which, n - 1], self.vehicle.sensor.noise
-        known = KnownMany(self.parameters, newest, slopes, theta, plumes, scale, noise)
+        known = KnownMany(self.parameters, newest, slopes, theta, plumes, water.initial.scale, noise)
         seen = observation.see_many(self.own[which], known)
         return np.minimum(np.maximum(seen, self.first.low), self.first.high)
 

@@ -36,7 +36,7 @@ class KnownMany(NamedTuple):
         slopes: derivatives of all predictions by the unknowns in half-widths, (B, n, p) [field unit].
         theta: the estimates, (B, p).
         plumes: where each flow has carried the centre of the initial feature by now, (B, 2) [length].
-        scale: of the initial feature; NaN where there is none [length].
+        scale: of the initial feature [length].
         noise: standard deviation of a sample's noise [field unit].
     """
 
